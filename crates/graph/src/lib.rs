@@ -1,0 +1,31 @@
+//! The nouns of the paper: node, branch graph, branchlet, signature; and the seed that every
+//! random draw is keyed by.
+//!
+//! | paper | field | unit |
+//! |---|---|---|
+//! | p | [`Node::position`] (tip of the internode) | m, y up |
+//! | t | [`Node::thickness`] (radius) | m |
+//! | d_r | [`Node::root_distance`] | m |
+//! | d_s | [`Node::branch_distance`] | m |
+//! | q_p | [`Node::rotation`] against the parent; front −z, up +y | unit quaternion |
+//! | l_p | [`Node::length`] of the edge to the parent | m |
+//! | o | [`Node::order`] (Gravelius; trunk 0) | – |
+//! | m_p | [`Node::sibling_count`]: children of the parent | – |
+//! | a, v, s | [`TreeInfo::age`], [`TreeInfo::gravitropism`], [`TreeInfo::species`] | growth cycles, –, name |
+//! | u = (q, t, l) | [`ChildSignature`] | |
+//!
+//! A tree from the growth model, from the networks or from a file is the same [`BranchGraph`].
+
+#![forbid(unsafe_code)]
+
+mod graph;
+mod paths;
+mod rows;
+mod seed;
+pub mod signature;
+
+pub use glam::{Quat, Vec3};
+pub use graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, TreeInfo};
+pub use paths::{Path, branches, chains};
+pub use rows::{GraphError, Row};
+pub use seed::{Draws, Lineage, Purpose, Seed};
