@@ -1,0 +1,156 @@
+//! What a network reads of one node: the only definition, for training and for inference.
+//!
+//! Two encodings of the same node, one a model kind:
+//!
+//! - [`paper`]: the attributes of Eq. 1, each scaled to about 1;
+//! - [`situated`]: the same place told so that a small network can use it: integer tip counts of
+//!   the pipe model, one-hots of distances that are nearly whole numbers, and all directions in the
+//!   node's own frame, so that nothing depends on the yaw of the tree.
+
+pub mod paper;
+pub mod situated;
+
+use glam::Vec3;
+
+/// Side of the growth space in metres: positions over this lie in the paper's unit cube.
+pub const GROWTH_SPACE: f32 = 64.0;
+
+/// What all nodes of a tree share, as the networks read it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TreeConditions {
+    /// a: age in growth cycles.
+    pub age: f32,
+    /// v: gravitropism.
+    pub gravitropism: f32,
+    /// s: index of the species in the model's list.
+    pub species: usize,
+    /// Radius of a twig that bears one tip, in metres: the unit of the pipe model.
+    pub tip_radius: f32,
+}
+
+/// The integer tip count N of the pipe model: `N = (t / t_tip)²`, at least 1.
+///
+/// All tips have the same radius, and a parent's cross-section is the sum of its children's, so N
+/// counts the tips of the whole tree above a node, the ones an export dropped included.
+#[must_use]
+pub fn tip_count(thickness: f32, tip_radius: f32) -> u32 {
+    let ratio = thickness / tip_radius;
+    libm::roundf(ratio * ratio).clamp(1.0, 16_777_216.0) as u32
+}
+
+/// The radius of a branch that bears `tips` tips: `t = t_tip · √N`, in metres.
+#[must_use]
+pub fn thickness_of(tips: u32, tip_radius: f32) -> f32 {
+    tip_radius * libm::sqrtf(tips as f32)
+}
+
+/// Writes features one after another.
+struct Writer<'a> {
+    out: &'a mut [f32],
+    at: usize,
+}
+
+impl Writer<'_> {
+    fn put(&mut self, value: f32) {
+        self.out[self.at] = value;
+        self.at += 1;
+    }
+
+    fn put3(&mut self, v: Vec3) {
+        v.to_array().into_iter().for_each(|x| self.put(x));
+    }
+
+    /// `len` values, 1 at `index`, which is clamped into the range.
+    fn one_hot(&mut self, index: usize, len: usize) {
+        self.out[self.at..self.at + len].fill(0.0);
+        self.out[self.at + index.min(len - 1)] = 1.0;
+        self.at += len;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::{BranchGraph, ChildSignature, TreeInfo};
+    use glam::Quat;
+
+    fn conditions() -> TreeConditions {
+        TreeConditions { age: 35.0, gravitropism: -0.1, species: 2, tip_radius: 0.01 }
+    }
+
+    /// A trunk of two internodes with one lateral, turned by `yaw` about the vertical.
+    fn tree(yaw: f32) -> BranchGraph {
+        let info = TreeInfo { species: "oak".into(), age: 35, gravitropism: -0.1, seed: 0 };
+        let upright =
+            Quat::from_rotation_y(yaw) * Quat::from_rotation_x(core::f32::consts::FRAC_PI_2);
+        let node = |rotation, thickness| ChildSignature { rotation, thickness, length: 1.0 };
+        let mut tree = BranchGraph::new(info, Vec3::ZERO, node(upright, 0.03));
+        tree.grow(
+            0,
+            [
+                Some(node(Quat::from_rotation_x(0.1), 0.02)),
+                Some(node(Quat::from_rotation_x(0.8), 0.02)),
+                None,
+            ],
+        );
+        tree
+    }
+
+    #[test]
+    fn situated_features_do_not_depend_on_the_yaw_of_the_tree() {
+        let mut features = [vec![0.0; situated::len(8)], vec![0.0; situated::len(8)]];
+        for id in 1..3 {
+            for (yaw, out) in [0.0, 2.1].into_iter().zip(&mut features) {
+                situated::encode(tree(yaw).node(id), &conditions(), 8, out);
+            }
+            for (a, b) in features[0].iter().zip(&features[1]) {
+                assert!((a - b).abs() < 1e-5, "{a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn tip_counts_survive_the_way_through_a_radius() {
+        for tips in (1..5000).chain([65_535, 1_000_000, 1 << 22]) {
+            assert_eq!(tip_count(thickness_of(tips, 0.01), 0.01), tips);
+        }
+    }
+
+    #[test]
+    fn encodings_fill_every_feature() {
+        let mut out = vec![f32::NAN; situated::len(8)];
+        situated::encode(tree(0.3).node(2), &conditions(), 8, &mut out);
+        assert!(out.iter().all(|x| x.is_finite()));
+        let mut out = vec![f32::NAN; paper::len(8)];
+        paper::encode(tree(0.3).node(2), &conditions(), 8, &mut out);
+        assert!(out.iter().all(|x| x.is_finite()));
+    }
+
+    #[test]
+    fn of_the_32_classes_19_are_possible_for_some_tip_count() {
+        let possible = |tips| {
+            (0..situated::CLASSES)
+                .filter(|&c| situated::Branching::from_class(c).is_possible(tips))
+                .count()
+        };
+        // With many tips: 3 single children x 3, 3 pairs x 2, one triple; no end.
+        assert_eq!(possible(100), 16);
+        // With one tip: the end, or one child that bears it.
+        assert_eq!(possible(1), 1 + 3);
+        let ever = (0..situated::CLASSES)
+            .filter(|&c| (1..10).any(|n| situated::Branching::from_class(c).is_possible(n)));
+        assert_eq!(ever.count(), 19);
+    }
+
+    #[test]
+    fn turns_and_rotations_are_inverse() {
+        let mean = Quat::from_rotation_z(2.0) * Quat::from_rotation_x(0.4);
+        let scale = Vec3::new(0.2, 0.1, 0.05);
+        for i in 0..50 {
+            let f = i as f32;
+            let turn = Vec3::new((f * 0.7).sin(), (f * 1.3).cos(), (f * 2.1).sin()) * 3.0;
+            let back = situated::turn_of(situated::rotation_of(turn, mean, scale), mean, scale);
+            assert!(back.distance(turn) < 1e-4, "{turn} {back}");
+        }
+    }
+}
