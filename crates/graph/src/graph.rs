@@ -106,13 +106,21 @@ impl BranchGraph {
     /// The root's `rotation` is its orientation in the world.
     #[must_use]
     pub fn new(info: TreeInfo, foot: Vec3, root: ChildSignature) -> Self {
-        let mut node = Node {
+        let length = root.length;
+        let tip = foot + length * (root.rotation * Vec3::NEG_Z);
+        Self::with_root_tip(info, tip, root)
+    }
+
+    /// As [`Self::new`], given where the root's edge ends: a tip that was written to a file comes
+    /// back as the same bits, which it would not by way of the foot.
+    pub(crate) fn with_root_tip(info: TreeInfo, tip: Vec3, root: ChildSignature) -> Self {
+        let node = Node {
             parent: None,
             children: [None; MAX_CHILDREN],
             slot: 0,
             order: 0,
             sibling_count: 1,
-            position: foot,
+            position: tip,
             thickness: root.thickness,
             root_distance: root.length,
             branch_distance: root.length,
@@ -121,7 +129,6 @@ impl BranchGraph {
             orientation: root.rotation,
             length: root.length,
         };
-        node.position = foot + root.length * node.front();
         Self { info, nodes: vec![node] }
     }
 

@@ -18,11 +18,14 @@
 
 #![forbid(unsafe_code)]
 
+pub mod codec;
 mod graph;
 mod paths;
 mod rows;
 mod seed;
 pub mod signature;
+#[cfg(any(test, feature = "testing"))]
+pub mod testing;
 
 pub use glam::{Quat, Vec3};
 pub use graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, TreeInfo};

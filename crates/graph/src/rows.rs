@@ -82,22 +82,11 @@ impl BranchGraph {
 
         // The root's edge starts where it says, or straight below it on the ground.
         let at = &rows[root];
-        let (edge, foot) = match at.edge {
-            Some((rotation, length)) => {
-                let edge = ChildSignature { rotation, thickness: at.radius, length };
-                (edge, at.position - length * (rotation * Vec3::NEG_Z))
-            }
-            None => {
-                let length = at.position.y.max(0.0);
-                let rotation = Quat::from_rotation_x(core::f32::consts::FRAC_PI_2);
-                (
-                    ChildSignature { rotation, thickness: at.radius, length },
-                    at.position - length * Vec3::Y,
-                )
-            }
-        };
-        let mut tree = Self::new(info, foot, edge);
-        check_position(root + 1, at, tree.root().position)?;
+        let (rotation, length) = at.edge.unwrap_or_else(|| {
+            (Quat::from_rotation_x(core::f32::consts::FRAC_PI_2), at.position.y.max(0.0))
+        });
+        let edge = ChildSignature { rotation, thickness: at.radius, length };
+        let mut tree = Self::with_root_tip(info, at.position, edge);
 
         let mut row_of = vec![root];
         let mut next = 0;
@@ -201,10 +190,11 @@ fn check_numbers(row_number: usize, row: &Row) -> Result<(), GraphError> {
         }
     }
     let norm = rotation.length();
-    if !((norm - 1.0).abs() <= UNIT_TOLERANCE) {
-        return Err(GraphError::NotUnit { row: row_number, norm });
+    if (norm - 1.0).abs() <= UNIT_TOLERANCE {
+        Ok(())
+    } else {
+        Err(GraphError::NotUnit { row: row_number, norm })
     }
-    Ok(())
 }
 
 fn check_position(row_number: usize, row: &Row, position: Vec3) -> Result<(), GraphError> {

@@ -1,0 +1,301 @@
+//! `.dtree`: a tree as its seed, in 64 bytes.
+//!
+//! The networks named by the model hash grow the same tree from it, bit for bit.
+//!
+//! | bytes | field | |
+//! |---|---|---|
+//! | 0..4 | magic | `DTRE` |
+//! | 4 | version | 1 |
+//! | 5 | species | index in the model's list |
+//! | 6..8 | age | u16, growth cycles |
+//! | 8..24 | model | first 16 bytes of the SHA-256 of the weights |
+//! | 24..32 | seed | u64 |
+//! | 32..36 | gravitropism | f32 |
+//! | 36..52 | rotation of the root | x y z w, f32, unit quaternion |
+//! | 52..56 | thickness of the root | f32, m |
+//! | 56..60 | length of the root's edge | f32, m |
+//! | 60..64 | CRC-32 (IEEE 802.3) of bytes 0..60 | u32 |
+//!
+//! Little endian. The foot of the tree is the origin.
+
+use glam::Quat;
+
+use crate::graph::ChildSignature;
+
+/// Length of a `.dtree` file in bytes.
+pub const LEN: usize = 64;
+
+/// The first bytes of a `.dtree` file.
+pub const MAGIC: [u8; 4] = *b"DTRE";
+
+/// The version that is written, and the only one that is read.
+pub const VERSION: u8 = 1;
+
+/// How far from 1 the length of the root's quaternion may be, as in a skeleton table.
+const UNIT_TOLERANCE: f32 = 1e-3;
+
+/// Where the checksum stands.
+const CHECKSUM: usize = LEN - 4;
+
+/// All that the networks need to grow one tree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeedFile {
+    /// The model: the first 16 bytes of the SHA-256 of its weights.
+    pub model: [u8; 16],
+    /// s: index of the species in the model's list.
+    pub species: u8,
+    /// a: age in growth cycles.
+    pub age: u16,
+    /// v: gravitropism.
+    pub gravitropism: f32,
+    /// The seed of all draws.
+    pub seed: u64,
+    /// The root signature; its edge starts at the origin.
+    pub root: ChildSignature,
+}
+
+/// Why bytes are not a `.dtree` file.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum ReadSeedFileError {
+    #[error("the file has {found} bytes; a seed file has {LEN}")]
+    Length { found: usize },
+    #[error("the file starts with {found:?}, not with \"DTRE\"; it is no seed file")]
+    Magic { found: [u8; 4] },
+    #[error("the file has version {found}; this program reads version {VERSION}")]
+    Version { found: u8 },
+    #[error("the checksum is {found:08x} where the bytes give {expected:08x}; the file is damaged")]
+    Checksum { found: u32, expected: u32 },
+    #[error("{field} is {value}; it must be a finite number")]
+    NotFinite { field: &'static str, value: f32 },
+    #[error("{field} is {value}; it must not be negative")]
+    Negative { field: &'static str, value: f32 },
+    #[error("the root's rotation has length {norm}; it must be a unit quaternion")]
+    NotUnit { norm: f32 },
+}
+
+impl SeedFile {
+    /// The bytes of the file.
+    #[must_use]
+    pub fn to_bytes(&self) -> [u8; LEN] {
+        let mut out = [0; LEN];
+        let mut at = 0;
+        let mut put = |bytes: &[u8]| {
+            out[at..at + bytes.len()].copy_from_slice(bytes);
+            at += bytes.len();
+        };
+        put(&MAGIC);
+        put(&[VERSION, self.species]);
+        put(&self.age.to_le_bytes());
+        put(&self.model);
+        put(&self.seed.to_le_bytes());
+        put(&self.gravitropism.to_le_bytes());
+        for number in self.root.rotation.to_array() {
+            put(&number.to_le_bytes());
+        }
+        put(&self.root.thickness.to_le_bytes());
+        put(&self.root.length.to_le_bytes());
+        let checksum = crc32(&out[..CHECKSUM]);
+        out[CHECKSUM..].copy_from_slice(&checksum.to_le_bytes());
+        out
+    }
+
+    /// Reads the bytes of a file.
+    ///
+    /// # Errors
+    ///
+    /// When they are not those of a seed file of this version, are damaged, or hold numbers that no
+    /// tree starts from.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, ReadSeedFileError> {
+        // Magic first: "no seed file" says more than "wrong length".
+        if let Some(&found) = bytes.first_chunk::<4>()
+            && found != MAGIC
+        {
+            return Err(ReadSeedFileError::Magic { found });
+        }
+        let bytes: &[u8; LEN] =
+            bytes.try_into().map_err(|_| ReadSeedFileError::Length { found: bytes.len() })?;
+        if bytes[4] != VERSION {
+            return Err(ReadSeedFileError::Version { found: bytes[4] });
+        }
+        let found = u32::from_le_bytes(field(bytes, CHECKSUM));
+        let expected = crc32(&bytes[..CHECKSUM]);
+        if found != expected {
+            return Err(ReadSeedFileError::Checksum { found, expected });
+        }
+        let number = |at| f32::from_le_bytes(field(bytes, at));
+        let file = Self {
+            model: field(bytes, 8),
+            species: bytes[5],
+            age: u16::from_le_bytes(field(bytes, 6)),
+            gravitropism: number(32),
+            seed: u64::from_le_bytes(field(bytes, 24)),
+            root: ChildSignature {
+                rotation: Quat::from_xyzw(number(36), number(40), number(44), number(48)),
+                thickness: number(52),
+                length: number(56),
+            },
+        };
+        file.check()?;
+        Ok(file)
+    }
+
+    fn check(&self) -> Result<(), ReadSeedFileError> {
+        let ChildSignature { rotation: q, thickness, length } = self.root;
+        let fields = [
+            ("gravitropism", self.gravitropism),
+            ("qx", q.x),
+            ("qy", q.y),
+            ("qz", q.z),
+            ("qw", q.w),
+            ("thickness", thickness),
+            ("length", length),
+        ];
+        for (field, value) in fields {
+            if !value.is_finite() {
+                return Err(ReadSeedFileError::NotFinite { field, value });
+            }
+        }
+        for (field, value) in [("thickness", thickness), ("length", length)] {
+            if value < 0.0 {
+                return Err(ReadSeedFileError::Negative { field, value });
+            }
+        }
+        let norm = q.length();
+        if (norm - 1.0).abs() <= UNIT_TOLERANCE {
+            Ok(())
+        } else {
+            Err(ReadSeedFileError::NotUnit { norm })
+        }
+    }
+}
+
+fn field<const N: usize>(bytes: &[u8; LEN], at: usize) -> [u8; N] {
+    let mut out = [0; N];
+    out.copy_from_slice(&bytes[at..at + N]);
+    out
+}
+
+/// CRC-32 of IEEE 802.3, bit by bit: sixty bytes need no table.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| {
+            if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 }
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{mutated, random_tree};
+    use proptest::prelude::*;
+
+    fn sample() -> SeedFile {
+        SeedFile {
+            model: *b"0123456789abcdef",
+            species: 3,
+            age: 35,
+            gravitropism: -0.25,
+            seed: 0x1122_3344_5566_7788,
+            root: ChildSignature { rotation: Quat::IDENTITY, thickness: 0.5, length: 1.0 },
+        }
+    }
+
+    /// The bytes with the checksum that fits them.
+    fn sealed(mut bytes: [u8; LEN]) -> [u8; LEN] {
+        let checksum = crc32(&bytes[..CHECKSUM]);
+        bytes[CHECKSUM..].copy_from_slice(&checksum.to_le_bytes());
+        bytes
+    }
+
+    #[test]
+    fn crc_of_the_standard_check_string_is_the_published_one() {
+        assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
+    }
+
+    /// Should these bytes change, files written before can no longer be read: raise [`VERSION`].
+    #[test]
+    fn version_1_keeps_its_bytes() {
+        let mut expected = Vec::new();
+        expected.extend(b"DTRE\x01\x03\x23\x000123456789abcdef");
+        expected.extend(b"\x88\x77\x66\x55\x44\x33\x22\x11\x00\x00\x80\xbe");
+        expected.extend([0; 12]);
+        expected.extend(b"\x00\x00\x80\x3f\x00\x00\x00\x3f\x00\x00\x80\x3f");
+        expected.extend(b"\xc0\x7c\xe4\xfc");
+        assert_eq!(sample().to_bytes()[..], expected);
+    }
+
+    #[test]
+    fn each_kind_of_damage_has_its_error() {
+        let good = sample().to_bytes();
+        let error = |bytes: &[u8]| SeedFile::from_bytes(bytes).unwrap_err();
+        let with = |at: usize, number: f32| {
+            let mut bytes = good;
+            bytes[at..at + 4].copy_from_slice(&number.to_le_bytes());
+            error(&sealed(bytes))
+        };
+        assert_eq!(error(&[]), ReadSeedFileError::Length { found: 0 });
+        assert_eq!(error(&good[..63]), ReadSeedFileError::Length { found: 63 });
+        assert_eq!(error(&[good, good].concat()), ReadSeedFileError::Length { found: 128 });
+        assert_eq!(error(b"glTF...."), ReadSeedFileError::Magic { found: *b"glTF" });
+        let mut newer = good;
+        newer[4] = 2;
+        assert_eq!(error(&newer), ReadSeedFileError::Version { found: 2 });
+        let mut damaged = good;
+        damaged[30] ^= 4;
+        assert!(matches!(error(&damaged), ReadSeedFileError::Checksum { .. }));
+        assert!(matches!(
+            with(32, f32::NAN),
+            ReadSeedFileError::NotFinite { field: "gravitropism", .. }
+        ));
+        assert!(matches!(
+            with(36, f32::INFINITY),
+            ReadSeedFileError::NotFinite { field: "qx", .. }
+        ));
+        assert!(matches!(with(56, -1.0), ReadSeedFileError::Negative { field: "length", .. }));
+        assert_eq!(with(48, 2.0), ReadSeedFileError::NotUnit { norm: 2.0 });
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(500))]
+
+        #[test]
+        fn files_read_back_as_the_same_bits(
+            model: [u8; 16],
+            species: u8,
+            age: u16,
+            gravitropism in -10f32..10.0,
+            seed: u64,
+        ) {
+            let root = random_tree(seed, 1).nodes()[0].clone();
+            let (rotation, thickness, length) = (root.rotation, root.thickness, root.length);
+            let root = ChildSignature { rotation, thickness, length };
+            let file = SeedFile { model, species, age, gravitropism, seed, root };
+            let back = SeedFile::from_bytes(&file.to_bytes()).unwrap();
+            prop_assert_eq!(back, file);
+            prop_assert_eq!(back.to_bytes(), file.to_bytes());
+        }
+
+        #[test]
+        fn noise_is_an_error_and_never_a_panic(bytes: Vec<u8>, body: [u8; 32]) {
+            prop_assert!(SeedFile::from_bytes(&bytes).is_err());
+            // Noise that passes for a whole file: only the numbers can be wrong.
+            let mut file = sample().to_bytes();
+            file[28..60].copy_from_slice(&body);
+            if let Ok(file) = SeedFile::from_bytes(&sealed(file)) {
+                prop_assert!(file.root.rotation.is_finite());
+            }
+        }
+    }
+
+    #[test]
+    fn mutated_files_never_panic_and_are_never_taken_for_whole() {
+        let good = sample().to_bytes();
+        for seed in 0..5000 {
+            let bad = mutated(&good, seed);
+            assert!(bad == good || SeedFile::from_bytes(&bad).is_err());
+        }
+    }
+}
