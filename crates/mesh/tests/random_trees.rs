@@ -1,0 +1,118 @@
+//! What holds of the wood of any tree, broken ones included.
+
+use std::collections::BTreeMap;
+
+use deeptree_graph::{BranchGraph, ChildSignature, Quat, TreeInfo, Vec3};
+use deeptree_mesh::{MIN_RADIUS, Mesh, WoodOptions, wood};
+use proptest::prelude::*;
+
+/// Edges of all kinds: straight on, straight back, right angles, anywhere; lengths and radii from 0.
+fn signature() -> impl Strategy<Value = ChildSignature> {
+    let angle = || {
+        prop_oneof![
+            2 => Just(0.0f32),
+            1 => Just(core::f32::consts::PI),
+            1 => Just(core::f32::consts::FRAC_PI_2),
+            6 => -3.2f32..3.2,
+        ]
+    };
+    let size = |most: f32| prop_oneof![1 => Just(0.0f32), 2 => 0.0..0.01f32, 6 => 0.0..most];
+    (angle(), angle(), size(0.5), size(2.0)).prop_map(|(yaw, pitch, thickness, length)| {
+        let rotation = Quat::from_rotation_z(yaw) * Quat::from_rotation_x(pitch);
+        ChildSignature { rotation, thickness, length }
+    })
+}
+
+prop_compose! {
+    fn tree()(
+        root in signature(),
+        branchlets in proptest::collection::vec(
+            (any::<prop::sample::Index>(), proptest::array::uniform3(proptest::option::of(signature()))),
+            0..30,
+        ),
+    ) -> BranchGraph {
+        let info = TreeInfo { species: "random".into(), age: 1, gravitropism: 0.0, seed: 0 };
+        let mut tree = BranchGraph::new(info, Vec3::ZERO, root);
+        for (at, children) in branchlets {
+            let at = at.index(tree.len()) as u32;
+            if tree.node(at).child_count() == 0 {
+                tree.grow(at, children);
+            }
+        }
+        tree
+    }
+}
+
+fn double_area([a, b, c]: [Vec3; 3]) -> f32 {
+    (b - a).cross(c - a).length()
+}
+
+/// Half edges of a tube between places, each with the times it is run along less those against.
+fn open_edges(mesh: &Mesh, indices: std::ops::Range<u32>) -> usize {
+    let mut runs = BTreeMap::<_, i32>::new();
+    for t in mesh.indices[indices.start as usize..indices.end as usize].chunks(3) {
+        let place = |i: u32| mesh.positions[i as usize].to_array().map(f32::to_bits);
+        for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+            let (a, b) = (place(a), place(b));
+            *runs.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
+        }
+    }
+    runs.values().filter(|&&n| n != 0).count()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn tubes_are_closed_and_have_no_degenerate_triangles(tree in tree()) {
+        let mesh = wood(&tree, &WoodOptions::default());
+        for corners in mesh.triangles() {
+            // The thinnest sliver of a ring of the smallest radius is far above this.
+            let least = 1e-6 * MIN_RADIUS * MIN_RADIUS;
+            prop_assert!(double_area(corners) > least, "{corners:?}");
+        }
+        for tube in &mesh.tubes {
+            prop_assert_eq!(open_edges(&mesh, tube.indices.clone()), 0);
+        }
+    }
+
+    #[test]
+    fn numbers_are_finite_and_normals_of_unit_length(tree in tree()) {
+        let mesh = wood(&tree, &WoodOptions::default());
+        prop_assert!(mesh.positions.iter().all(|p| p.is_finite()));
+        prop_assert!(mesh.uvs.iter().flatten().all(|x| x.is_finite()));
+        for normal in &mesh.normals {
+            prop_assert!((normal.length() - 1.0).abs() < 1e-4, "{normal}");
+        }
+    }
+
+    #[test]
+    fn tubes_cover_the_mesh_without_gaps_and_wind_outward(tree in tree()) {
+        let mesh = wood(&tree, &WoodOptions::default());
+        let (mut vertex, mut index) = (0, 0);
+        for tube in &mesh.tubes {
+            prop_assert_eq!((tube.vertices.start, tube.indices.start), (vertex, index));
+            (vertex, index) = (tube.vertices.end, tube.indices.end);
+            let own = &mesh.indices[tube.indices.start as usize..tube.indices.end as usize];
+            prop_assert!(own.iter().all(|i| tube.vertices.contains(i)));
+            let part = Mesh {
+                positions: mesh.positions.clone(),
+                indices: own.to_vec(),
+                ..Mesh::default()
+            };
+            prop_assert!(part.volume() > 0.0, "{tube:?}");
+        }
+        prop_assert_eq!(vertex as usize, mesh.vertex_count());
+        prop_assert_eq!(index as usize, mesh.indices.len());
+        prop_assert_eq!(mesh.positions.capacity(), mesh.vertex_count());
+        prop_assert_eq!(mesh.indices.capacity(), mesh.indices.len());
+    }
+}
+
+#[test]
+fn a_tree_without_extent_has_no_wood() {
+    let info = TreeInfo { species: "point".into(), age: 0, gravitropism: 0.0, seed: 0 };
+    let root = ChildSignature { rotation: Quat::IDENTITY, thickness: 0.1, length: 0.0 };
+    let mesh = wood(&BranchGraph::new(info, Vec3::ZERO, root), &WoodOptions::default());
+    assert_eq!((mesh.vertex_count(), mesh.bounds()), (0, None));
+}
