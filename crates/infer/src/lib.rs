@@ -1,1 +1,17 @@
-//! placeholder
+//! Inference: the weights file, and multilayer perceptrons that give the same bits everywhere.
+//!
+//! - [`Weights`] reads a model file and refuses a damaged or hostile one with a typed error;
+//! - [`Mlp`] runs one network over a batch of rows;
+//! - [`SimdPath`] names the instruction sets it can run on; none of them changes a bit.
+//!
+//! Same weights and same inputs give the same outputs, bit for bit, for any batch size, batch
+//! composition, instruction set and build profile: every output accumulates its inputs in index
+//! order, with separate multiply and add, in `f32`.
+
+mod kernels;
+mod mlp;
+mod weights;
+
+pub use kernels::{SimdPath, UnknownPath};
+pub use mlp::{Dense, Mlp, MlpError, Scratch};
+pub use weights::{ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder};

@@ -1,0 +1,94 @@
+//! The forward pass of a dense layer, with the same bits on every path.
+//!
+//! `y[r][o] = act(bias[o] + x[r][0]·w[0][o] + x[r][1]·w[1][o] + …)`
+//!
+//! The sum starts at the bias, takes the inputs in index order and rounds after every multiply and
+//! after every add. Paths differ only in how many outputs and rows they hold in registers at once;
+//! rows and outputs never meet in a sum, so neither the width nor the batch can change a bit.
+//! Fused multiply-add is out: WebAssembly has none.
+
+mod path;
+mod scalar;
+mod tile;
+#[cfg(target_arch = "x86_64")]
+mod x86_64;
+
+pub use path::{SimdPath, UnknownPath};
+
+/// Outputs a panel holds: the lanes of the widest vector register there is.
+pub(crate) const LANES: usize = 16;
+
+/// The weights of one input to the outputs of one panel; aligned so that no load crosses a cache
+/// line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
+pub(crate) struct Lanes(pub(crate) [f32; LANES]);
+
+impl Lanes {
+    pub(crate) const ZERO: Self = Self([0.0; LANES]);
+}
+
+/// A layer as the kernels stream it: outputs cut into panels of [`LANES`], the last one padded
+/// with zeros.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Packed {
+    /// How many inputs a row has.
+    pub(crate) inputs: usize,
+    /// `[panels][inputs]`.
+    pub(crate) weights: Vec<Lanes>,
+    /// `[panels]`.
+    pub(crate) bias: Vec<Lanes>,
+}
+
+impl Packed {
+    /// Floats from one row of outputs to the next.
+    pub(crate) fn output_stride(&self) -> usize {
+        self.bias.len() * LANES
+    }
+}
+
+/// What a layer does with its sums.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Activation {
+    /// Nothing.
+    Linear,
+    /// `v > 0 ? v : 0`; −0 and NaN give +0.
+    Relu,
+}
+
+impl Activation {
+    #[inline(always)]
+    fn apply(self, lanes: &mut [f32; LANES]) {
+        if self == Self::Relu {
+            for v in lanes {
+                *v = if *v > 0.0 { *v } else { 0.0 };
+            }
+        }
+    }
+}
+
+/// Rows to send through a layer.
+pub(crate) struct Job<'a> {
+    /// The layer.
+    pub(crate) layer: &'a Packed,
+    /// What it does with its sums.
+    pub(crate) activation: Activation,
+    /// How many rows.
+    pub(crate) rows: usize,
+    /// `[rows][input_stride]`, of which the first `layer.inputs` of each row are read.
+    pub(crate) inputs: &'a [f32],
+    /// Floats from one row of inputs to the next.
+    pub(crate) input_stride: usize,
+    /// `[rows][layer.output_stride()]`.
+    pub(crate) outputs: &'a mut [f32],
+}
+
+/// Runs a layer. A path that this processor lacks gives way to a narrower one with the same bits.
+pub(crate) fn run(path: SimdPath, job: Job<'_>) {
+    match path {
+        SimdPath::Scalar => scalar::run(job),
+        #[cfg(target_arch = "x86_64")]
+        SimdPath::Avx512 | SimdPath::Avx2 => x86_64::run(path, job),
+        _ => tile::baseline(job),
+    }
+}

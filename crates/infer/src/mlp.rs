@@ -1,0 +1,254 @@
+//! Multilayer perceptrons over batches of rows.
+
+use crate::kernels::{self, Activation, Job, LANES, Lanes, Packed, SimdPath};
+
+/// Rows that go through all layers together: few enough that their activations and a panel of
+/// weights share the first-level cache, enough that weights are seldom read from the second.
+/// Changes speed only.
+const BLOCK: usize = 64;
+
+/// Most inputs or outputs of a layer: bounds the memory a hostile file can ask for.
+const MAX_WIDTH: usize = 1 << 14;
+
+/// Why numbers are not a network.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum MlpError {
+    #[error("a network of no layers; give at least one")]
+    NoLayers,
+    #[error("layer {layer} has {inputs} inputs and {outputs} outputs; both must be at least 1")]
+    EmptyLayer { layer: usize, inputs: usize, outputs: usize },
+    #[error("layer {layer} has {inputs} inputs and {outputs} outputs; at most {limit} are allowed")]
+    TooWide { layer: usize, inputs: usize, outputs: usize, limit: usize },
+    #[error("layer {layer} reads {inputs} values, but the layer before it gives {previous}")]
+    Chain { layer: usize, inputs: usize, previous: usize },
+    #[error("{given} weights for a layer of {inputs} inputs and {outputs} outputs")]
+    WeightCount { given: usize, inputs: usize, outputs: usize },
+    #[error("{given} biases for a layer of {outputs} outputs")]
+    BiasCount { given: usize, outputs: usize },
+    #[error("{part}[{index}] is {value}; every number of a network must be finite")]
+    NotFinite { part: &'static str, index: usize, value: f32 },
+}
+
+/// A dense layer: `y[o] = bias[o] + Σᵢ x[i] · weight[i][o]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dense {
+    outputs: usize,
+    packed: Packed,
+}
+
+impl Dense {
+    /// A layer of its numbers.
+    ///
+    /// # Shapes
+    ///
+    /// `weight: [inputs, outputs]` with the outputs next to each other, `bias: [outputs]`.
+    ///
+    /// # Errors
+    ///
+    /// When the counts do not fit together or a number is not finite: the same weights must give
+    /// the same bits everywhere, and the bits of a NaN are up to the processor.
+    pub fn new(
+        inputs: usize,
+        outputs: usize,
+        weight: &[f32],
+        bias: &[f32],
+    ) -> Result<Self, MlpError> {
+        if inputs.checked_mul(outputs) != Some(weight.len()) {
+            return Err(MlpError::WeightCount { given: weight.len(), inputs, outputs });
+        }
+        if bias.len() != outputs {
+            return Err(MlpError::BiasCount { given: bias.len(), outputs });
+        }
+        all_finite("weight", weight)?;
+        all_finite("bias", bias)?;
+        Ok(Self { outputs, packed: pack(inputs, outputs, weight, bias) })
+    }
+
+    /// Values the layer reads of each row.
+    #[must_use]
+    pub fn inputs(&self) -> usize {
+        self.packed.inputs
+    }
+
+    /// Values the layer gives for each row.
+    #[must_use]
+    pub fn outputs(&self) -> usize {
+        self.outputs
+    }
+}
+
+fn all_finite(part: &'static str, values: &[f32]) -> Result<(), MlpError> {
+    match values.iter().position(|v| !v.is_finite()) {
+        Some(index) => Err(MlpError::NotFinite { part, index, value: values[index] }),
+        None => Ok(()),
+    }
+}
+
+fn pack(inputs: usize, outputs: usize, weight: &[f32], bias: &[f32]) -> Packed {
+    let panels = outputs.div_ceil(LANES);
+    let mut packed = Packed {
+        inputs,
+        weights: vec![Lanes::ZERO; panels * inputs],
+        bias: vec![Lanes::ZERO; panels],
+    };
+    for o in 0..outputs {
+        let (panel, lane) = (o / LANES, o % LANES);
+        packed.bias[panel].0[lane] = bias[o];
+        for i in 0..inputs {
+            packed.weights[panel * inputs + i].0[lane] = weight[i * outputs + o];
+        }
+    }
+    packed
+}
+
+/// A multilayer perceptron: dense layers with a rectifier (`v > 0 ? v : 0`) between them; the last
+/// layer is linear.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mlp {
+    layers: Vec<Dense>,
+}
+
+/// Memory that [`Mlp::forward`] works in. One for each thread; once it has served the largest
+/// batch, no call allocates.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch {
+    from: Vec<f32>,
+    to: Vec<f32>,
+    outputs: Vec<f32>,
+}
+
+impl Mlp {
+    /// A network of its layers, first to last.
+    ///
+    /// # Errors
+    ///
+    /// When there are none, one is empty, or one does not read what the one before it gives.
+    pub fn new(layers: Vec<Dense>) -> Result<Self, MlpError> {
+        if layers.is_empty() {
+            return Err(MlpError::NoLayers);
+        }
+        for (layer, dense) in layers.iter().enumerate() {
+            let (inputs, outputs) = (dense.inputs(), dense.outputs());
+            if inputs == 0 || outputs == 0 {
+                return Err(MlpError::EmptyLayer { layer, inputs, outputs });
+            }
+            if inputs.max(outputs) > MAX_WIDTH {
+                return Err(MlpError::TooWide { layer, inputs, outputs, limit: MAX_WIDTH });
+            }
+            let previous = layer.checked_sub(1).map_or(inputs, |before| layers[before].outputs());
+            if inputs != previous {
+                return Err(MlpError::Chain { layer, inputs, previous });
+            }
+        }
+        Ok(Self { layers })
+    }
+
+    /// Values the network reads of each row.
+    #[must_use]
+    pub fn inputs(&self) -> usize {
+        self.layers[0].inputs()
+    }
+
+    /// Values the network gives for each row.
+    #[must_use]
+    pub fn outputs(&self) -> usize {
+        self.layers[self.layers.len() - 1].outputs()
+    }
+
+    /// How many weights and biases the network has.
+    #[must_use]
+    pub fn weight_count(&self) -> usize {
+        self.layers.iter().map(|dense| (dense.inputs() + 1) * dense.outputs()).sum()
+    }
+
+    /// Sends rows through the network, and gives its outputs, which live in `scratch`.
+    ///
+    /// The outputs of a row depend on that row only, and are the same bits on every path. Inputs
+    /// must be finite, and of a size that no sum overflows.
+    ///
+    /// # Shapes
+    ///
+    /// `inputs: [rows, self.inputs()]` → `[rows, self.outputs()]`, for any number of rows.
+    ///
+    /// # Panics
+    ///
+    /// When `inputs` is not a whole number of rows.
+    pub fn forward<'s>(
+        &self,
+        path: SimdPath,
+        inputs: &[f32],
+        scratch: &'s mut Scratch,
+    ) -> &'s [f32] {
+        let (width, outputs) = (self.inputs(), self.outputs());
+        assert!(
+            inputs.len().is_multiple_of(width),
+            "{} inputs are no whole number of rows of {width}",
+            inputs.len()
+        );
+        debug_assert!(inputs.iter().all(|x| x.is_finite()), "an input is not finite");
+        scratch.reserve(self, inputs.len() / width);
+        let mut done = 0;
+        for block in inputs.chunks(BLOCK * width) {
+            let rows = block.len() / width;
+            let stride = self.forward_block(path, block, rows, scratch);
+            for row in scratch.to.chunks_exact(stride).take(rows) {
+                scratch.outputs[done..][..outputs].copy_from_slice(&row[..outputs]);
+                done += outputs;
+            }
+        }
+        &scratch.outputs[..done]
+    }
+
+    /// Leaves the outputs of at most [`BLOCK`] rows in `scratch.to`, and gives their stride.
+    fn forward_block(
+        &self,
+        path: SimdPath,
+        inputs: &[f32],
+        rows: usize,
+        scratch: &mut Scratch,
+    ) -> usize {
+        let mut input_stride = self.inputs();
+        for (index, dense) in self.layers.iter().enumerate() {
+            let last = index + 1 == self.layers.len();
+            core::mem::swap(&mut scratch.from, &mut scratch.to);
+            let layer = &dense.packed;
+            kernels::run(
+                path,
+                Job {
+                    layer,
+                    activation: if last { Activation::Linear } else { Activation::Relu },
+                    rows,
+                    inputs: if index == 0 { inputs } else { &scratch.from },
+                    input_stride,
+                    outputs: &mut scratch.to,
+                },
+            );
+            input_stride = layer.output_stride();
+        }
+        input_stride
+    }
+}
+
+impl Scratch {
+    /// Memory that grows when it is first used.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    fn reserve(&mut self, mlp: &Mlp, rows: usize) {
+        let widest = mlp.layers.iter().map(|dense| dense.packed.output_stride()).max();
+        let block = rows.min(BLOCK) * widest.unwrap_or(0);
+        for (buffer, len) in [
+            (&mut self.from, block),
+            (&mut self.to, block),
+            (&mut self.outputs, rows * mlp.outputs()),
+        ] {
+            if buffer.len() < len {
+                buffer.resize(len, 0.0);
+            }
+        }
+    }
+}
