@@ -109,6 +109,22 @@ struct Ring {
     v: f32,
 }
 
+impl Ring {
+    /// The directions of the first vertex and a quarter turn on, as unit vectors.
+    fn frame(&self) -> (Vec3, Vec3) {
+        (self.across, self.along.cross(self.across))
+    }
+
+    /// The ring's half axes: its vertices are `center + x cos + y sin`.
+    fn half_axes(&self) -> (Vec3, Vec3) {
+        let (direction, factor) = self.stretch;
+        let widen =
+            |axis: Vec3| self.radius * (axis + direction * ((factor - 1.0) * axis.dot(direction)));
+        let (x, y) = self.frame();
+        (widen(x), widen(y))
+    }
+}
+
 /// Turns `vector`, which is square to `from`, by the smallest rotation of `from` into `to`.
 ///
 /// # Source
@@ -194,11 +210,10 @@ impl Writer<'_> {
     fn base(&mut self, ring: &Ring, shape: &Shape, circle: &[[f32; 2]]) {
         let start = self.mesh.positions.len() as u32;
         if shape.open_foot {
-            let beside = ring.along.cross(ring.across);
+            let (x, y) = ring.half_axes();
+            let scale = ring.radius / self.texture_size;
             for &[cos, sin] in &circle[1..] {
-                let from_center = ring.radius * (ring.across * cos + beside * sin);
-                let scale = ring.radius / self.texture_size;
-                self.mesh.positions.push(ring.center + from_center);
+                self.mesh.positions.push(ring.center + x * cos + y * sin);
                 self.mesh.normals.push(-ring.along);
                 self.mesh.uvs.push([scale * cos, scale * sin]);
             }
@@ -209,18 +224,13 @@ impl Writer<'_> {
 
     /// The vertices of a ring, its first repeated at the end with the other end's u.
     fn ring(&mut self, ring: &Ring, shape: &Shape, circle: &[[f32; 2]]) {
-        let beside = ring.along.cross(ring.across);
-        let widen = |axis: Vec3| {
-            let (direction, factor) = ring.stretch;
-            ring.radius * (axis + direction * ((factor - 1.0) * axis.dot(direction)))
-        };
-        let (x, y) = (widen(ring.across), widen(beside));
+        let (x, y) = ring.half_axes();
         let positions = circle.iter().map(|&[cos, sin]| ring.center + x * cos + y * sin);
         self.mesh.positions.extend(positions);
 
         let outward = 1.0 / libm::sqrtf(1.0 + ring.lean * ring.lean);
-        let (x, y, up) =
-            (ring.across * outward, beside * outward, ring.along * (ring.lean * outward));
+        let (x, y) = ring.frame();
+        let (x, y, up) = (x * outward, y * outward, ring.along * (ring.lean * outward));
         self.mesh.normals.extend(circle.iter().map(|&[cos, sin]| x * cos + y * sin + up));
 
         let step = shape.repeats / shape.sides as f32;
