@@ -1,1 +1,10 @@
-//! placeholder
+//! How trees are measured, and what the paper measured.
+
+#![forbid(unsafe_code)]
+
+mod metrics;
+pub mod published;
+mod table;
+
+pub use metrics::{Metric, Moments, TreeMetrics};
+pub use table::{Row, Table};
