@@ -8,6 +8,8 @@
 //! composition, instruction set and build profile: every output accumulates its inputs in index
 //! order, with separate multiply and add, in `f32`.
 
+#![forbid(unsafe_code)]
+
 mod kernels;
 mod mlp;
 mod weights;

@@ -7,12 +7,12 @@
 //! rows and outputs never meet in a sum, so neither the width nor the batch can change a bit.
 //! Fused multiply-add is out: WebAssembly has none.
 
+mod dispatch;
 mod path;
 mod scalar;
 mod tile;
-#[cfg(target_arch = "x86_64")]
-mod x86_64;
 
+pub(crate) use dispatch::run;
 pub use path::{SimdPath, UnknownPath};
 
 /// Outputs a panel holds: the lanes of the widest vector register there is.
@@ -56,17 +56,6 @@ pub(crate) enum Activation {
     Relu,
 }
 
-impl Activation {
-    #[inline(always)]
-    fn apply(self, lanes: &mut [f32; LANES]) {
-        if self == Self::Relu {
-            for v in lanes {
-                *v = if *v > 0.0 { *v } else { 0.0 };
-            }
-        }
-    }
-}
-
 /// Rows to send through a layer.
 pub(crate) struct Job<'a> {
     /// The layer.
@@ -81,14 +70,4 @@ pub(crate) struct Job<'a> {
     pub(crate) input_stride: usize,
     /// `[rows][layer.output_stride()]`.
     pub(crate) outputs: &'a mut [f32],
-}
-
-/// Runs a layer. A path that this processor lacks gives way to a narrower one with the same bits.
-pub(crate) fn run(path: SimdPath, job: Job<'_>) {
-    match path {
-        SimdPath::Scalar => scalar::run(job),
-        #[cfg(target_arch = "x86_64")]
-        SimdPath::Avx512 | SimdPath::Avx2 => x86_64::run(path, job),
-        _ => tile::baseline(job),
-    }
 }

@@ -2,6 +2,8 @@
 
 use core::{fmt, str::FromStr};
 
+use super::dispatch;
+
 /// An instruction set the kernels can run on. All give the same bits; they differ in speed only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -12,7 +14,7 @@ pub enum SimdPath {
     Sse2,
     /// x86-64, 8 lanes.
     Avx2,
-    /// x86-64, 16 lanes.
+    /// x86-64, 16 lanes; from Ice Lake on, where it does not slow the processor down.
     Avx512,
     /// AArch64, 4 lanes; every such processor has it.
     Neon,
@@ -40,18 +42,7 @@ impl SimdPath {
     /// Does this processor have the path?
     #[must_use]
     pub fn is_available(self) -> bool {
-        match self {
-            Self::Scalar => true,
-            Self::Sse2 => cfg!(target_arch = "x86_64"),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => std::arch::is_x86_feature_detected!("avx2"),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => std::arch::is_x86_feature_detected!("avx512f"),
-            #[cfg(not(target_arch = "x86_64"))]
-            Self::Avx2 | Self::Avx512 => false,
-            Self::Neon => cfg!(target_arch = "aarch64"),
-            Self::Simd128 => cfg!(target_feature = "simd128"),
-        }
+        dispatch::is_available(self)
     }
 
     /// The name [`FromStr`] reads: `scalar`, `sse2`, `avx2`, `avx512`, `neon` or `simd128`.

@@ -1,6 +1,6 @@
 //! The definition: one row and one output at a time.
 
-use super::{Job, LANES};
+use super::{Activation, Job, LANES};
 
 pub(super) fn run(job: Job<'_>) {
     let Job { layer, activation, rows, inputs, input_stride, outputs } = job;
@@ -14,8 +14,10 @@ pub(super) fn run(job: Job<'_>) {
                 for (x, w) in x.iter().zip(weights) {
                     *y += x * w.0[lane];
                 }
+                if activation == Activation::Relu {
+                    *y = if *y > 0.0 { *y } else { 0.0 };
+                }
             }
-            activation.apply(y);
         }
     }
 }
