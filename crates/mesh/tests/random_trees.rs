@@ -1,7 +1,10 @@
 //! What holds of the wood of any tree, broken ones included.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use std::collections::BTreeMap;
 
+use deeptree_graph::testing::random_tree;
 use deeptree_graph::{BranchGraph, ChildSignature, Quat, TreeInfo, Vec3};
 use deeptree_mesh::{MIN_RADIUS, Mesh, WoodOptions, wood};
 use proptest::prelude::*;
@@ -60,30 +63,38 @@ fn open_edges(mesh: &Mesh, indices: std::ops::Range<u32>) -> usize {
     runs.values().filter(|&&n| n != 0).count()
 }
 
+/// Closed, no slivers, finite: what holds of each tube of any wood.
+fn check(mesh: &Mesh) -> Result<(), TestCaseError> {
+    for corners in mesh.triangles() {
+        // The thinnest sliver of a ring of the smallest radius is far above this.
+        let least = 1e-6 * MIN_RADIUS * MIN_RADIUS;
+        prop_assert!(double_area(corners) > least, "{corners:?}");
+    }
+    for tube in &mesh.tubes {
+        prop_assert_eq!(open_edges(mesh, tube.indices.clone()), 0);
+    }
+    prop_assert!(mesh.positions.iter().all(|p| p.is_finite()));
+    prop_assert!(mesh.uvs.iter().flatten().all(|x| x.is_finite()));
+    for normal in &mesh.normals {
+        prop_assert!((normal.length() - 1.0).abs() < 1e-4, "{normal}");
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn tubes_are_closed_and_have_no_degenerate_triangles(tree in tree()) {
-        let mesh = wood(&tree, &WoodOptions::default());
-        for corners in mesh.triangles() {
-            // The thinnest sliver of a ring of the smallest radius is far above this.
-            let least = 1e-6 * MIN_RADIUS * MIN_RADIUS;
-            prop_assert!(double_area(corners) > least, "{corners:?}");
-        }
-        for tube in &mesh.tubes {
-            prop_assert_eq!(open_edges(&mesh, tube.indices.clone()), 0);
-        }
+    fn tubes_are_closed_without_degenerate_triangles_and_normals_are_unit(
+        tree in tree(),
+        level in 0u8..4,
+    ) {
+        check(&wood(&tree, &WoodOptions::lod(level)))?;
     }
 
     #[test]
-    fn numbers_are_finite_and_normals_of_unit_length(tree in tree()) {
-        let mesh = wood(&tree, &WoodOptions::default());
-        prop_assert!(mesh.positions.iter().all(|p| p.is_finite()));
-        prop_assert!(mesh.uvs.iter().flatten().all(|x| x.is_finite()));
-        for normal in &mesh.normals {
-            prop_assert!((normal.length() - 1.0).abs() < 1e-4, "{normal}");
-        }
+    fn trees_far_from_the_origin_are_meshed_as_well(seed in any::<u64>()) {
+        check(&wood(&random_tree(seed, 300), &WoodOptions::default()))?;
     }
 
     #[test]

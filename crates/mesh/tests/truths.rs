@@ -1,5 +1,7 @@
 //! What geometry says about a tube, whatever the code does.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use deeptree_graph::{BranchGraph, ChildSignature, Quat, TreeInfo, Vec3};
 use deeptree_mesh::{Mesh, Tube, WoodOptions, wood};
 
