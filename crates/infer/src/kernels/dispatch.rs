@@ -1,74 +1,54 @@
 //! From the name of an instruction set to the kernel compiled for it.
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
 use super::{Job, SimdPath, scalar, tile};
 
 /// Does this processor have the path?
 pub(super) fn is_available(path: SimdPath) -> bool {
-    let level = Level::new();
-    match path {
-        SimdPath::Scalar => true,
-        #[cfg(target_arch = "x86_64")]
-        SimdPath::Sse2 => level.as_sse2().is_some(),
-        #[cfg(target_arch = "x86_64")]
-        SimdPath::Avx2 => level.as_avx2().is_some(),
-        #[cfg(target_arch = "x86_64")]
-        SimdPath::Avx512 => level.as_avx512().is_some(),
-        #[cfg(target_arch = "aarch64")]
-        SimdPath::Neon => level.as_neon().is_some(),
-        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
-        SimdPath::Simd128 => level.as_wasm_simd128().is_some(),
-        _ => false,
+    path == SimdPath::Scalar || level(path).is_some()
+}
+
+/// Runs a layer. A path that this processor lacks gives way to what every processor of the target
+/// has, with the same bits.
+pub(crate) fn run(path: SimdPath, job: Job<'_>) {
+    if path == SimdPath::Scalar {
+        scalar::run(job);
+    } else {
+        let level = level(path).unwrap_or(Level::baseline());
+        dispatch!(level, simd => run_tiles(simd, job));
     }
 }
 
-/// Runs a layer. A path that this processor lacks gives way to a narrower one with the same bits.
-///
-/// The numbers are the rows and panels of a tile: as many sums as the registers hold, with a few
-/// left for weights and products.
-pub(crate) fn run(path: SimdPath, job: Job<'_>) {
-    let level = Level::new();
-    #[cfg(target_arch = "x86_64")]
-    {
-        let wide = matches!(path, SimdPath::Avx512 | SimdPath::Avx2);
-        if let (SimdPath::Avx512, Some(simd)) = (path, level.as_avx512()) {
-            // 32 registers of 16 lanes.
-            return simd.vectorize(
-                #[inline(always)]
-                || tile::run::<_, 8, 2, 4>(simd, job),
-            );
-        }
-        if let (true, Some(simd)) = (wide, level.as_avx2()) {
-            // 16 registers of 8 lanes.
-            return simd.vectorize(
-                #[inline(always)]
-                || tile::run::<_, 4, 1, 2>(simd, job),
-            );
-        }
-        if let (true, Some(simd)) = (path != SimdPath::Scalar, level.as_sse2()) {
-            // 16 registers of 4 lanes.
-            return simd.vectorize(
-                #[inline(always)]
-                || tile::run::<_, 2, 1, 2>(simd, job),
-            );
-        }
+/// The proof that this processor has the path.
+fn level(path: SimdPath) -> Option<Level> {
+    match path {
+        #[cfg(target_arch = "x86_64")]
+        SimdPath::Sse2 => Level::new().as_sse2().map(Simd::level),
+        #[cfg(target_arch = "x86_64")]
+        SimdPath::Avx2 => Level::new().as_avx2().map(Simd::level),
+        #[cfg(target_arch = "x86_64")]
+        SimdPath::Avx512 => Level::new().as_avx512().map(Simd::level),
+        #[cfg(target_arch = "aarch64")]
+        SimdPath::Neon => Level::new().as_neon().map(Simd::level),
+        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+        SimdPath::Simd128 => Level::new().as_wasm_simd128().map(Simd::level),
+        _ => None,
     }
-    #[cfg(target_arch = "aarch64")]
-    if let (true, Some(simd)) = (path != SimdPath::Scalar, level.as_neon()) {
-        // 32 registers of 4 lanes.
-        return simd.vectorize(
-            #[inline(always)]
-            || tile::run::<_, 4, 1, 4>(simd, job),
-        );
+}
+
+/// Chooses the rows and panels of a tile: as many sums as the registers hold, with a few left for
+/// weights and products.
+#[inline(always)]
+fn run_tiles<S: Simd>(simd: S, job: Job<'_>) {
+    match <S::f32s as SimdBase<S>>::LEN {
+        // AVX-512: 32 registers, 16 of them sums.
+        16 => tile::run::<S, 8, 2, 4>(simd, job),
+        // AVX2: 16 registers, 8 of them sums.
+        8 => tile::run::<S, 4, 1, 2>(simd, job),
+        // NEON: 32 registers, 16 of them sums.
+        _ if cfg!(target_arch = "aarch64") => tile::run::<S, 4, 1, 4>(simd, job),
+        // SSE2 and wasm: 16 registers, 8 of them sums.
+        _ => tile::run::<S, 2, 1, 2>(simd, job),
     }
-    #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
-    if let (true, Some(simd)) = (path != SimdPath::Scalar, level.as_wasm_simd128()) {
-        return simd.vectorize(
-            #[inline(always)]
-            || tile::run::<_, 2, 1, 2>(simd, job),
-        );
-    }
-    let _ = (path, level);
-    scalar::run(job);
 }

@@ -5,7 +5,8 @@
 //! The sum starts at the bias, takes the inputs in index order and rounds after every multiply and
 //! after every add. Paths differ only in how many outputs and rows they hold in registers at once;
 //! rows and outputs never meet in a sum, so neither the width nor the batch can change a bit.
-//! Fused multiply-add is out: WebAssembly has none.
+//! Fused multiply-add is out: WebAssembly has none. The vectors are those of `fearless_simd`, so
+//! there is no unsafe code here.
 
 mod dispatch;
 mod path;
