@@ -1,6 +1,7 @@
 //! Inference: the weights file, and multilayer perceptrons that give the same bits everywhere.
 //!
 //! - [`Weights`] reads a model file and refuses a damaged or hostile one with a typed error;
+//! - [`Model`] draws the children of nodes;
 //! - [`Mlp`] runs one network over a batch of rows;
 //! - [`SimdPath`] names the instruction sets it can run on; none of them changes a bit.
 //!
@@ -12,8 +13,10 @@
 
 mod kernels;
 mod mlp;
+mod predictor;
 mod weights;
 
 pub use kernels::{SimdPath, UnknownPath};
 pub use mlp::{Dense, Mlp, MlpError, Scratch};
+pub use predictor::{Active, Branchlet, Model, Predictor, Root, Workspace};
 pub use weights::{ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder};

@@ -40,6 +40,23 @@ pub enum ReadWeightsError {
     MissingTensor { tensor: String },
     #[error("tensor `{tensor}` has shape {shape:?}, expected {}", Expected(expected))]
     Shape { tensor: String, shape: Vec<usize>, expected: Vec<Option<usize>> },
+    #[error("tensor `{tensor}`: value {index} is {value}; it must be above 0")]
+    NotPositive { tensor: String, index: usize, value: f32 },
+    #[error("tensor `{tensor}`: row {row} does not start with a unit quaternion")]
+    NotUnit { tensor: String, row: usize },
+    #[error("the model has no root of a `{species}` to start a tree from; train it again")]
+    NoRoots { species: String },
+    #[error(
+        "network `{network}` reads {inputs} features and gives {outputs} values; this version \
+         needs {expected_inputs} and {expected_outputs}: use the version it was trained with"
+    )]
+    NetworkWidth {
+        network: String,
+        inputs: usize,
+        outputs: usize,
+        expected_inputs: usize,
+        expected_outputs: usize,
+    },
     #[error("network `{network}` does not fit together; export it again")]
     Network {
         network: String,

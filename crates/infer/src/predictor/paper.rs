@@ -1,0 +1,104 @@
+//! Kind `paper`: the classifier and the cascade of regressors as published.
+//!
+//! Source: DeepTree §4.2, Eq. 2 to 5, and Algorithm 1. Deviation: Algorithm 1 adds a child when
+//! α > p_i although the label 1 means "add"; here a child exists when α < p_i.
+
+use deeptree_graph::signature::paper::{self, CHILD_LEN};
+use deeptree_graph::{ChildSignature, MAX_CHILDREN, Purpose, Quat};
+
+use super::{Active, Branchlet, Workspace, network};
+use crate::mlp::Mlp;
+use crate::weights::{ReadWeightsError, Weights};
+
+/// A regressor can ask for less than nothing; a branch thinner than this cannot be seen.
+const MIN_THICKNESS: f32 = 1e-4;
+
+/// A regressor can ask for anything; an edge longer than this leaves the growth space.
+const MAX_LENGTH: f32 = 64.0;
+
+#[derive(Clone, Debug)]
+pub(super) struct Paper {
+    classifier: Mlp,
+    regressors: [Mlp; MAX_CHILDREN],
+}
+
+impl Paper {
+    pub(super) fn new(weights: &Weights) -> Result<Self, ReadWeightsError> {
+        let features = paper::len(weights.species().len());
+        let regressor = |slot: usize| {
+            let inputs = features + slot * CHILD_LEN;
+            network(weights, &format!("regressor{}", slot + 1), inputs, CHILD_LEN)
+        };
+        Ok(Self {
+            classifier: network(weights, "classifier", features, MAX_CHILDREN)?,
+            regressors: [regressor(0)?, regressor(1)?, regressor(2)?],
+        })
+    }
+
+    pub(super) fn weight_count(&self) -> usize {
+        let regressors: usize = self.regressors.iter().map(Mlp::weight_count).sum();
+        self.classifier.weight_count() + regressors
+    }
+
+    pub(super) fn branchlets(
+        &self,
+        species: usize,
+        frontier: &[Active<'_>],
+        work: &mut Workspace,
+        branchlets: &mut [Branchlet],
+    ) {
+        let features = paper::len(species);
+        work.nodes.resize(frontier.len() * features, 0.0);
+        for (active, row) in frontier.iter().zip(work.nodes.chunks_exact_mut(features)) {
+            paper::encode(active.node, &active.tree, species, row);
+        }
+        let exists = self.draw_existence(frontier, work);
+        for slot in 0..MAX_CHILDREN {
+            let having: Vec<usize> = (0..frontier.len()).filter(|&i| exists[i][slot]).collect();
+            let outputs = work.run(
+                &self.regressors[slot],
+                features,
+                &having,
+                |&i| i,
+                |&i, out| {
+                    for (child, out) in branchlets[i].iter().zip(out.chunks_exact_mut(CHILD_LEN)) {
+                        paper::encode_child(child.as_ref(), out);
+                    }
+                },
+            );
+            for (&i, outputs) in having.iter().zip(outputs.chunks_exact(CHILD_LEN)) {
+                branchlets[i][slot] = Some(child_signature(outputs));
+            }
+        }
+    }
+
+    fn draw_existence(
+        &self,
+        frontier: &[Active<'_>],
+        work: &mut Workspace,
+    ) -> Vec<[bool; MAX_CHILDREN]> {
+        let logits = self.classifier.forward(work.path, &work.nodes, &mut work.scratch);
+        frontier
+            .iter()
+            .zip(logits.chunks_exact(MAX_CHILDREN))
+            .map(|(active, logits)| {
+                let mut draws = active.seed.draws(active.lineage, Purpose::Existence);
+                std::array::from_fn(|slot| {
+                    let p = 1.0 / (1.0 + libm::expf(-logits[slot]));
+                    (draws.uniform() as f32) < p
+                })
+            })
+            .collect()
+    }
+}
+
+/// The guard rails: a unit quaternion, a thickness above 0, and a length within the growth space.
+fn child_signature(outputs: &[f32]) -> ChildSignature {
+    let rotation = Quat::from_slice(outputs);
+    let norm = rotation.length();
+    ChildSignature {
+        rotation: if norm > 1e-6 { rotation / norm } else { Quat::IDENTITY },
+        thickness: outputs[4].clamp(MIN_THICKNESS, MAX_LENGTH),
+        length: outputs[5].clamp(0.0, MAX_LENGTH),
+    }
+}

@@ -1,0 +1,52 @@
+//! The roots of the training trees: where a new tree starts.
+
+use deeptree_graph::{ChildSignature, Quat};
+
+use crate::weights::{ReadWeightsError, Weights};
+
+/// The root of a training tree, with what all nodes of that tree share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Root {
+    /// q, t, l of the first internode; q in the world.
+    pub signature: ChildSignature,
+    /// a: age in growth cycles.
+    pub age: f32,
+    /// v: gravitropism.
+    pub gravitropism: f32,
+}
+
+/// Reads the table `roots.<species>`: qx, qy, qz, qw, thickness, length, age, gravitropism a row.
+pub(super) fn read(weights: &Weights, species: &str) -> Result<Vec<Root>, ReadWeightsError> {
+    let name = format!("roots.{species}");
+    let table = weights.table(&name, &[None, Some(8)])?;
+    if table.rows() == 0 {
+        return Err(ReadWeightsError::NoRoots { species: species.to_owned() });
+    }
+    (0..table.rows())
+        .map(|i| {
+            let row = table.row(i);
+            let rotation = Quat::from_xyzw(row[0], row[1], row[2], row[3]);
+            check_positive(&name, &row[4..6])?;
+            if (rotation.length() - 1.0).abs() > 1e-3 {
+                return Err(ReadWeightsError::NotUnit { tensor: name.clone(), row: i });
+            }
+            Ok(Root {
+                signature: ChildSignature { rotation, thickness: row[4], length: row[5] },
+                age: row[6],
+                gravitropism: row[7],
+            })
+        })
+        .collect()
+}
+
+/// Refuses numbers that are not above 0.
+pub(super) fn check_positive(tensor: &str, values: &[f32]) -> Result<(), ReadWeightsError> {
+    match values.iter().position(|&x| x.is_nan() || x <= 0.0) {
+        None => Ok(()),
+        Some(index) => Err(ReadWeightsError::NotPositive {
+            tensor: tensor.to_owned(),
+            index,
+            value: values[index],
+        }),
+    }
+}
