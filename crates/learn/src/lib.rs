@@ -1,1 +1,40 @@
-//! placeholder
+//! Training: the only crate that knows Burn.
+//!
+//! [`train`] takes trees in memory and gives the bytes of a model file, with a report on how it
+//! was made and how well it does on trees it has not seen. Two kinds of model:
+//!
+//! | kind | networks | what they learn |
+//! |---|---|---|
+//! | [`Kind::Situated`] | `existence`, `split`, `rotation1` … `rotation3` | the factors of p(children \| node) by the chain rule, each a distribution |
+//! | [`Kind::Paper`] | `classifier`, `regressor1` … `regressor3` | as published: which children exist, and their mean signatures |
+//!
+//! Every network trains by itself, one thread each, several side by side. After each epoch its
+//! whole state goes into a checkpoint; a run that was cut off continues from there and ends with
+//! the same bits. Randomness is keyed by the seed: initial weights, the order of the samples and
+//! the noise on them depend on nothing else.
+
+#![forbid(unsafe_code)]
+
+mod adam;
+mod checkpoint;
+mod device;
+mod error;
+mod loss;
+mod mlp;
+mod model;
+mod options;
+mod order;
+mod progress;
+mod report;
+mod set;
+mod tables;
+mod tasks;
+mod training;
+
+pub use device::Processor;
+pub use error::TrainError;
+pub use model::{TrainedModel, train};
+pub use options::{Kind, NetworkOptions, TrainOptions};
+pub use progress::{Silent, TrainEvent, TrainProgress};
+pub use report::{Figures, NetworkReport, ReliabilityBin, Report};
+pub use set::TrainingSet;

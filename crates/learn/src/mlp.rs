@@ -1,0 +1,134 @@
+//! A multilayer perceptron whose parameters are one flat tensor.
+//!
+//! Flat, because then the optimiser, the running average, a checkpoint and the hand-over to the
+//! model file each are one operation on one array, whatever the shape of the network.
+
+use burn::tensor::{Device, Gradients, Tensor, TensorData, activation::relu, module::linear};
+use deeptree_graph::Draws;
+
+/// Widths of the layers of a network, inputs first: `sizes.len() - 1` dense layers with ReLU
+/// between them and nothing after the last.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Mlp {
+    sizes: Vec<usize>,
+}
+
+/// One dense layer of the flat parameters.
+///
+/// # Shapes  weight: `[inputs, outputs]`, row-major; bias: `[outputs]`; weight before bias
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct LayerSpan {
+    pub(crate) inputs: usize,
+    pub(crate) outputs: usize,
+    /// Where the weight starts.
+    pub(crate) start: usize,
+}
+
+impl LayerSpan {
+    /// Where the bias starts.
+    pub(crate) const fn bias(&self) -> usize {
+        self.start + self.inputs * self.outputs
+    }
+
+    /// One past the last parameter.
+    pub(crate) const fn end(&self) -> usize {
+        self.bias() + self.outputs
+    }
+}
+
+/// The layers as tensors: what a forward pass reads and a backward pass gives gradients for.
+pub(crate) struct Layers(Vec<(Tensor<2>, Tensor<1>)>);
+
+impl Mlp {
+    pub(crate) fn new(inputs: usize, hidden: &[usize], outputs: usize) -> Self {
+        let sizes = std::iter::once(inputs).chain(hidden.iter().copied()).chain([outputs]);
+        Self { sizes: sizes.collect() }
+    }
+
+    /// Widths of the layers, inputs first.
+    pub(crate) fn sizes(&self) -> &[usize] {
+        &self.sizes
+    }
+
+    /// The layers in the order of the flat parameters.
+    pub(crate) fn spans(&self) -> impl Iterator<Item = LayerSpan> + '_ {
+        let mut start = 0;
+        self.sizes.windows(2).map(move |pair| {
+            let span = LayerSpan { inputs: pair[0], outputs: pair[1], start };
+            start = span.end();
+            span
+        })
+    }
+
+    /// How many parameters the network has.
+    pub(crate) fn parameters(&self) -> usize {
+        self.spans().last().map_or(0, |span| span.end())
+    }
+
+    /// Initial parameters: weights uniform in ±√(6 / inputs), biases 0.
+    ///
+    /// # Source
+    ///
+    /// He et al. 2015, "Delving deep into rectifiers", Eq. 10.
+    pub(crate) fn initial(&self, draws: &Draws) -> Vec<f32> {
+        let mut flat = vec![0.0; self.parameters()];
+        for (layer, span) in self.spans().enumerate() {
+            let bound = (6.0 / span.inputs as f64).sqrt();
+            let mut draws = draws.clone().at(layer as u64);
+            for weight in &mut flat[span.start..span.bias()] {
+                *weight = (bound * (2.0 * draws.uniform() - 1.0)) as f32;
+            }
+        }
+        flat
+    }
+
+    /// Cuts the flat parameters into layers on `device`; they track gradients where it does.
+    pub(crate) fn layers(&self, flat: &Tensor<1>, track: bool) -> Layers {
+        let leaf = |start, end| {
+            let part = flat.clone().narrow(0, start, end - start);
+            if track { part.autodiff() } else { part }
+        };
+        let layers = self.spans().map(|span| {
+            let weight = leaf(span.start, span.bias()).reshape([span.inputs, span.outputs]);
+            let bias = leaf(span.bias(), span.end());
+            if track { (weight.require_grad(), bias.require_grad()) } else { (weight, bias) }
+        });
+        Layers(layers.collect())
+    }
+}
+
+impl Layers {
+    /// # Shapes  inputs: `[batch, inputs]`; result: `[batch, outputs]`
+    pub(crate) fn forward(&self, inputs: Tensor<2>) -> Tensor<2> {
+        let last = self.0.len() - 1;
+        let mut x = inputs;
+        for (i, (weight, bias)) in self.0.iter().enumerate() {
+            x = linear(x, weight.clone(), Some(bias.clone()));
+            if i < last {
+                x = relu(x);
+            }
+        }
+        x
+    }
+
+    /// The gradient of the flat parameters; `None` when the loss does not depend on some layer.
+    pub(crate) fn gradient(&self, gradients: &mut Gradients) -> Option<Tensor<1>> {
+        let mut parts = Vec::with_capacity(2 * self.0.len());
+        for (weight, bias) in &self.0 {
+            parts.push(weight.grad_remove(gradients)?.flatten::<1>(0, 1));
+            parts.push(bias.grad_remove(gradients)?);
+        }
+        Some(Tensor::cat(parts, 0))
+    }
+}
+
+/// A flat tensor of `values` on `device`.
+pub(crate) fn flat(values: Vec<f32>, device: &Device) -> Tensor<1> {
+    let length = values.len();
+    Tensor::from_data(TensorData::new(values, [length]), device)
+}
+
+/// The values of a tensor.
+pub(crate) fn values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
+    tensor.into_data().iter::<f32>().collect()
+}

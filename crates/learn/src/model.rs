@@ -1,0 +1,230 @@
+//! From trees to a model file: all networks of a kind, side by side.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use deeptree_graph::Seed;
+use deeptree_infer::{ReadWeightsError, Table, Weights, WeightsBuilder};
+
+use crate::checkpoint;
+use crate::report::Report;
+use crate::set::{Corpus, species_numbers};
+use crate::tables::{self, Rotations};
+use crate::tasks::{Lesson, Network};
+use crate::training::{Trained, Trainer, total};
+use crate::{
+    Kind, NetworkReport, TrainError, TrainEvent, TrainOptions, TrainProgress, TrainingSet,
+};
+
+/// A model, and how it was made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrainedModel {
+    /// Bytes of the model file, which [`deeptree_infer::Weights`] reads.
+    pub weights: Vec<u8>,
+    /// What is written beside it.
+    pub report: Report,
+}
+
+/// Trains all networks of a kind.
+///
+/// After each epoch of a network its state goes into `checkpoints`; with the same set and options
+/// a later call continues there, and ends with the same weights as one that was never cut off (on
+/// the main processor).
+///
+/// # Errors
+///
+/// When the set or the options cannot be trained with, a checkpoint is damaged or of another run,
+/// the training diverges, or `progress` stops it. What the checkpoints hold is kept.
+pub fn train(
+    set: &TrainingSet,
+    options: &TrainOptions,
+    checkpoints: &Path,
+    progress: &dyn TrainProgress,
+) -> Result<TrainedModel, TrainError> {
+    options.validate()?;
+    set.check()?;
+    let species = species_numbers("training", &set.train, &set.species)?;
+    let judged = species_numbers("validation", &set.validation, &set.species)?;
+    let tip_radius = tables::tip_radii(&set.train, &species, set.species.len());
+    if let Some(missing) = tip_radius.iter().position(|radius| !radius.is_finite()) {
+        return Err(TrainError::MissingSpecies { species: set.species[missing].clone() });
+    }
+    let train = Corpus::new("training", &set.train, &species, &tip_radius);
+    let validation = Corpus::new("validation", &set.validation, &judged, &tip_radius);
+    let rotations = match options.kind {
+        Kind::Paper => None,
+        Kind::Situated => {
+            train.check_pipe_model()?;
+            validation.check_pipe_model()?;
+            Some(Rotations::new(&train, set.species.len()))
+        }
+    };
+    checkpoint::open(checkpoints, set, options)?;
+
+    let lesson = |corpus| Lesson::new(corpus, set.species.len(), rotations.as_ref(), options);
+    let run = Run { set, options, train: lesson(&train), validation: lesson(&validation) };
+    let networks = run.networks(checkpoints, progress)?;
+    let weights = run.weights(&networks, &tip_radius)?;
+    let report = run.report(&networks, &weights)?;
+    Ok(TrainedModel { weights, report })
+}
+
+struct Run<'a> {
+    set: &'a TrainingSet,
+    options: &'a TrainOptions,
+    train: Lesson<'a>,
+    validation: Lesson<'a>,
+}
+
+/// A network that is done, with what the report says about its samples.
+struct Finished {
+    network: Network,
+    trained: Trained,
+    samples: usize,
+    measures: &'static [&'static str],
+}
+
+impl Run<'_> {
+    /// Trains the networks, as many side by side as there are workers.
+    fn networks(
+        &self,
+        checkpoints: &Path,
+        progress: &dyn TrainProgress,
+    ) -> Result<Vec<Finished>, TrainError> {
+        let networks = Network::all(self.options.kind);
+        let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
+        let progress = Until { progress, failed: &failed };
+        let results: Mutex<Vec<_>> = Mutex::new(Vec::new());
+        let work = || {
+            while !failed.load(Ordering::Relaxed) {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                let Some(&network) = networks.get(number) else { return };
+                let result = self.network(network, checkpoints, &progress);
+                failed.fetch_or(result.is_err(), Ordering::Relaxed);
+                let mut results = results.lock().unwrap_or_else(|poison| poison.into_inner());
+                results.push((number, result));
+            }
+        };
+        // One thread each: two networks side by side beat two threads in one step.
+        let pool = || rayon::ThreadPoolBuilder::new().num_threads(1).build();
+        let workers = self.options.workers.min(networks.len());
+        let pools: Vec<_> =
+            (0..workers).map(|_| pool()).collect::<Result<_, _>>().map_err(TrainError::Worker)?;
+        std::thread::scope(|scope| {
+            pools.iter().for_each(|pool| drop(scope.spawn(|| pool.install(work))));
+        });
+        let results = results.into_inner().unwrap_or_else(|poison| poison.into_inner());
+        in_order(results)
+    }
+
+    fn network(
+        &self,
+        network: Network,
+        checkpoints: &Path,
+        progress: &dyn TrainProgress,
+    ) -> Result<Finished, TrainError> {
+        let (train, validation) = (self.train.task(network), self.validation.task(network));
+        let samples = train.samples();
+        let trainer = Trainer {
+            network,
+            train: &*train,
+            validation: &*validation,
+            schedule: self.options.schedule(network, samples),
+            seed: Seed(self.options.seed),
+            validation_samples: self.options.validation_samples,
+            device: &self.options.device.device()?,
+            checkpoints,
+            progress,
+        };
+        let trained = trainer.run(self.set.species.len())?;
+        Ok(Finished { network, trained, samples, measures: train.measures() })
+    }
+
+    fn weights(
+        &self,
+        networks: &[Finished],
+        tip_radius: &[f32],
+    ) -> Result<Vec<u8>, ReadWeightsError> {
+        let species = &self.set.species;
+        let mut model = WeightsBuilder::new(self.options.kind.into(), species);
+        tables::write_common(&mut model, self.train.corpus, species, tip_radius)?;
+        if let Some(rotations) = self.train.rotations {
+            tables::write_situated(&mut model, self.train.corpus, rotations)?;
+        }
+        for Finished { network, trained, .. } in networks {
+            for (layer, span) in (0..).zip(trained.mlp.spans()) {
+                let weight = trained.parameters[span.start..span.bias()].to_vec();
+                let bias = trained.parameters[span.bias()..span.end()].to_vec();
+                let weight = Table::new(vec![span.inputs, span.outputs], weight)?;
+                let bias = Table::new(vec![span.outputs], bias)?;
+                model.layer(network.name(), layer, weight, bias);
+            }
+        }
+        model.to_bytes()
+    }
+
+    fn report(&self, networks: &[Finished], weights: &[u8]) -> Result<Report, ReadWeightsError> {
+        let hash = Weights::from_bytes(weights)?.sha256();
+        let reports = networks.iter().map(|one| (one.network.name().into(), self.one(one)));
+        Ok(Report {
+            data_hash: self.set.data_hash.clone(),
+            species: self.set.species.clone(),
+            training_trees: self.set.train.len(),
+            training_nodes: self.train.corpus.nodes(),
+            validation_trees: self.set.validation.len(),
+            seconds: networks.iter().map(|one| one.trained.seconds).sum(),
+            weight_count: networks.iter().map(|one| one.trained.mlp.parameters()).sum(),
+            bytes: weights.len(),
+            sha256: hash.iter().map(|byte| format!("{byte:02x}")).collect(),
+            options: self.options.clone(),
+            networks: reports.collect(),
+        })
+    }
+
+    fn one(&self, finished: &Finished) -> NetworkReport {
+        let Finished { trained, samples, measures, .. } = finished;
+        let named = self.set.species.iter().cloned().zip(&trained.tallies);
+        let species: BTreeMap<_, _> =
+            named.map(|(name, tally)| (name, tally.figures(measures))).collect();
+        let trained_samples = (trained.steps * self.options.batch as u64) as f64;
+        NetworkReport {
+            sizes: trained.mlp.sizes().to_vec(),
+            weight_count: trained.mlp.parameters(),
+            samples: *samples,
+            steps: trained.steps,
+            seconds: trained.seconds,
+            samples_per_second: trained_samples / trained.seconds.max(1e-9),
+            total: total(&trained.tallies, measures),
+            species,
+        }
+    }
+}
+
+/// The results in the order of the networks, or the first error of them.
+fn in_order(
+    mut results: Vec<(usize, Result<Finished, TrainError>)>,
+) -> Result<Vec<Finished>, TrainError> {
+    results.sort_by_key(|(number, _)| *number);
+    // A network that stopped because another failed must not hide why.
+    let stopped = |result: &Result<_, _>| matches!(result, Err(TrainError::Stopped { .. }));
+    results.sort_by_key(|(_, result)| stopped(result));
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// Stops all networks after one failed.
+struct Until<'a> {
+    progress: &'a dyn TrainProgress,
+    failed: &'a AtomicBool,
+}
+
+impl TrainProgress for Until<'_> {
+    fn event(&self, event: TrainEvent) {
+        self.progress.event(event);
+    }
+
+    fn keep_going(&self) -> bool {
+        !self.failed.load(Ordering::Relaxed) && self.progress.keep_going()
+    }
+}

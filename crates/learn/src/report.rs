@@ -1,0 +1,154 @@
+//! How a model was made and how well it does: what is written beside it.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{TrainError, TrainOptions};
+
+/// Bins of the reliability table.
+const BINS: usize = 10;
+
+/// How a model was made, and its figures on the validation trees.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Tells the training data from other data.
+    pub data_hash: String,
+    /// The species, in the order of the model's tables.
+    pub species: Vec<String>,
+    /// Training trees.
+    pub training_trees: usize,
+    /// Nodes of the training trees.
+    pub training_nodes: usize,
+    /// Validation trees.
+    pub validation_trees: usize,
+    /// Time to train in seconds, the runs before a resume included.
+    pub seconds: f64,
+    /// Weights and biases of all networks.
+    pub weight_count: usize,
+    /// Size of the model file in bytes.
+    pub bytes: usize,
+    /// SHA-256 of the model file, in hexadecimal.
+    pub sha256: String,
+    /// The options.
+    pub options: TrainOptions,
+    /// The networks, by name.
+    pub networks: BTreeMap<String, NetworkReport>,
+}
+
+impl Report {
+    /// The text of the file beside the model.
+    ///
+    /// # Errors
+    ///
+    /// [`TrainError::Toml`], when a number is out of the range of TOML.
+    pub fn to_toml(&self) -> Result<String, TrainError> {
+        Ok(toml::to_string(self)?)
+    }
+}
+
+/// How one network was trained, and its figures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NetworkReport {
+    /// Widths of the layers, inputs first.
+    pub sizes: Vec<usize>,
+    /// Weights and biases.
+    pub weight_count: usize,
+    /// Samples in the training trees.
+    pub samples: usize,
+    /// Steps of the optimiser.
+    pub steps: u64,
+    /// Time to train in seconds, without validation.
+    pub seconds: f64,
+    /// Training samples a second.
+    pub samples_per_second: f64,
+    /// Figures of all validation trees.
+    pub total: Figures,
+    /// Figures by species.
+    pub species: BTreeMap<String, Figures>,
+}
+
+/// Figures of a network on validation samples.
+///
+/// | figure | of | what |
+/// |---|---|---|
+/// | `cross_entropy` | existence | mean −ln p of what happened |
+/// | `accuracy` | existence | share of nodes whose class is the likeliest |
+/// | `children_predicted`, `children_actual`, `children_excess` | existence | mean number of children, as predicted and in truth, and the difference |
+/// | `nll` | split, rotation | mean −ln p of what happened, rotations in deviations |
+/// | `residual` | rotation | mean distance from the mixture's mean by component, in deviations |
+/// | `accuracy`, `accuracy_all_three` | classifier | share of children told right at 0.5; of nodes with all three right |
+/// | `mse` | classifier, regressor | mean squared error; regressor: of thickness and length, m² |
+/// | `cosine_distance` | regressor | mean 1 − cos of the quaternions |
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Figures {
+    /// Samples looked at.
+    pub samples: u64,
+    /// The figures by name.
+    #[serde(flatten)]
+    pub values: BTreeMap<String, f64>,
+    /// Predicted against actual frequency of children, where a network predicts them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub reliability: Vec<ReliabilityBin>,
+}
+
+/// Children that were predicted with a probability in one tenth of 0 … 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ReliabilityBin {
+    /// How many children were predicted so.
+    pub count: u64,
+    /// Mean of the predicted probabilities.
+    pub predicted: f64,
+    /// Share that exists.
+    pub actual: f64,
+}
+
+/// Sums of which [`Figures`] are the means.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tally {
+    samples: u64,
+    sums: Vec<f64>,
+    /// Count, sum of the probabilities, children that exist.
+    bins: [(u64, f64, u64); BINS],
+}
+
+impl Tally {
+    /// Counts one sample with its values, in the order of the task's measures.
+    pub(crate) fn count(&mut self, values: &[f64]) {
+        self.samples += 1;
+        self.sums.resize(values.len(), 0.0);
+        self.sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
+    }
+
+    /// Notes that a child was predicted with probability `p`, and whether it exists.
+    pub(crate) fn rely(&mut self, p: f64, exists: bool) {
+        let bin = &mut self.bins[((p * BINS as f64) as usize).min(BINS - 1)];
+        bin.0 += 1;
+        bin.1 += p;
+        bin.2 += u64::from(exists);
+    }
+
+    /// Adds what another tally counted.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.samples += other.samples;
+        self.sums.resize(self.sums.len().max(other.sums.len()), 0.0);
+        self.sums.iter_mut().zip(&other.sums).for_each(|(sum, value)| *sum += value);
+        for (bin, other) in self.bins.iter_mut().zip(&other.bins) {
+            *bin = (bin.0 + other.0, bin.1 + other.1, bin.2 + other.2);
+        }
+    }
+
+    /// The means, named.
+    pub(crate) fn figures(&self, names: &[&str]) -> Figures {
+        let mean = |sum: &f64| sum / self.samples as f64;
+        let values = names.iter().map(|&name| name.to_owned()).zip(self.sums.iter().map(mean));
+        let bin = |&(count, predicted, actual): &(u64, f64, u64)| ReliabilityBin {
+            count,
+            predicted: predicted / count.max(1) as f64,
+            actual: actual as f64 / count.max(1) as f64,
+        };
+        let relied = self.bins.iter().any(|bin| bin.0 > 0);
+        let reliability = if relied { self.bins.iter().map(bin).collect() } else { Vec::new() };
+        Figures { samples: self.samples, values: values.collect(), reliability }
+    }
+}

@@ -1,0 +1,191 @@
+//! The trees to learn from, and the samples they hold.
+
+use deeptree_graph::signature::situated::Branching;
+use deeptree_graph::signature::{TreeConditions, tip_count};
+use deeptree_graph::{BranchGraph, MAX_CHILDREN, Node, NodeId};
+
+use crate::TrainError;
+
+/// The trees a model is trained on and judged by.
+#[derive(Clone, Debug)]
+pub struct TrainingSet {
+    /// The species of the model; trees name one of them.
+    pub species: Vec<String>,
+    /// Trees to learn from.
+    pub train: Vec<BranchGraph>,
+    /// Trees to judge by; none of the training trees.
+    pub validation: Vec<BranchGraph>,
+    /// What tells this data from other data, such as a hash of its files. A checkpoint is only
+    /// continued with the same.
+    pub data_hash: String,
+}
+
+impl TrainingSet {
+    /// Checks what all kinds need: trees in both parts, known species, thicknesses above 0.
+    pub(crate) fn check(&self) -> Result<(), TrainError> {
+        for (part, trees) in [("training", &self.train), ("validation", &self.validation)] {
+            if trees.is_empty() {
+                return Err(TrainError::NoTrees { part });
+            }
+            for (tree, graph) in trees.iter().enumerate() {
+                let bad = |node: &Node| !(node.thickness > 0.0 && node.thickness.is_finite());
+                if let Some(node) = graph.nodes().iter().position(bad) {
+                    let thickness = graph.nodes()[node].thickness;
+                    return Err(TrainError::Thickness { part, tree, node, thickness });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Trees of one part of the set, each with what its nodes share.
+pub(crate) struct Corpus<'a> {
+    part: &'static str,
+    pub(crate) trees: &'a [BranchGraph],
+    pub(crate) conditions: Vec<TreeConditions>,
+    /// Number of the first node of each tree, counted over all trees, and of the end.
+    starts: Vec<usize>,
+}
+
+/// A node of a tree of a corpus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Spot {
+    pub(crate) tree: u32,
+    pub(crate) node: NodeId,
+}
+
+impl<'a> Corpus<'a> {
+    /// `species` gives each tree's number in the set's list, `tip_radius` that of each species.
+    pub(crate) fn new(
+        part: &'static str,
+        trees: &'a [BranchGraph],
+        species: &[usize],
+        tip_radius: &[f32],
+    ) -> Self {
+        let conditions = trees.iter().zip(species).map(|(tree, &species)| TreeConditions {
+            age: tree.info.age as f32,
+            gravitropism: tree.info.gravitropism,
+            species,
+            tip_radius: tip_radius[species],
+        });
+        let conditions = conditions.collect();
+        let mut starts = vec![0];
+        starts.extend(trees.iter().scan(0, |end, tree| {
+            *end += tree.len();
+            Some(*end)
+        }));
+        Self { part, trees, conditions, starts }
+    }
+
+    /// How many nodes all trees have.
+    pub(crate) fn nodes(&self) -> usize {
+        self.starts[self.trees.len()]
+    }
+
+    /// The node of this number, counted over all trees.
+    pub(crate) fn spot(&self, number: usize) -> Spot {
+        let tree = self.starts.partition_point(|&start| start <= number) - 1;
+        Spot { tree: tree as u32, node: (number - self.starts[tree]) as NodeId }
+    }
+
+    /// All nodes that `wanted` accepts.
+    pub(crate) fn select(&self, wanted: impl Fn(&Node) -> bool) -> Vec<Spot> {
+        let mut spots = Vec::new();
+        for (tree, graph) in self.trees.iter().enumerate() {
+            let nodes = graph.nodes().iter().enumerate().filter(|(_, node)| wanted(node));
+            spots.extend(nodes.map(|(id, _)| Spot { tree: tree as u32, node: id as NodeId }));
+        }
+        spots
+    }
+
+    pub(crate) fn node(&self, spot: Spot) -> &'a Node {
+        self.trees[spot.tree as usize].node(spot.node)
+    }
+
+    /// The child in `slot` of the node at `spot`.
+    pub(crate) fn child(&self, spot: Spot, slot: usize) -> Option<&'a Node> {
+        let tree = &self.trees[spot.tree as usize];
+        tree.node(spot.node).children[slot].map(|id| tree.node(id))
+    }
+
+    pub(crate) fn conditions(&self, spot: Spot) -> &TreeConditions {
+        &self.conditions[spot.tree as usize]
+    }
+
+    /// How the tips of the node at `spot` are shared out.
+    pub(crate) fn shares(&self, spot: Spot) -> Shares {
+        let radius = self.conditions(spot).tip_radius;
+        let tips = |node: &Node| tip_count(node.thickness, radius);
+        let mut shares = Shares { tips: tips(self.node(spot)), ..Shares::default() };
+        for slot in 0..MAX_CHILDREN {
+            if let Some(child) = self.child(spot, slot) {
+                shares.subset |= 1 << slot;
+                shares.children[slot] = tips(child);
+            }
+        }
+        shares
+    }
+
+    /// Checks that every node keeps the pipe model, so that its branching is a possible class.
+    pub(crate) fn check_pipe_model(&self) -> Result<(), TrainError> {
+        for (tree, graph) in self.trees.iter().enumerate() {
+            for node in 0..graph.len() {
+                let shares = self.shares(Spot { tree: tree as u32, node: node as NodeId });
+                if !shares.is_possible() {
+                    return Err(TrainError::PipeModel {
+                        part: self.part,
+                        tree,
+                        node,
+                        tips: shares.tips,
+                        children_tips: shares.children.iter().sum(),
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// How many tips a node bears, and how many of them each child does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Shares {
+    pub(crate) tips: u32,
+    /// Bit i: the child in slot i exists.
+    pub(crate) subset: u8,
+    /// By slot; 0 where there is no child.
+    pub(crate) children: [u32; MAX_CHILDREN],
+}
+
+impl Shares {
+    fn is_possible(&self) -> bool {
+        let borne: u32 = self.children.iter().sum();
+        let dropped = self.tips.checked_sub(borne).filter(|&dropped| dropped <= 3);
+        dropped.is_some_and(|dropped| {
+            Branching { subset: self.subset, dropped: dropped as u8 }.is_possible(self.tips)
+        })
+    }
+
+    /// Which children exist, and how many tips were dropped; for a corpus that was checked.
+    pub(crate) fn branching(&self) -> Branching {
+        let borne: u32 = self.children.iter().sum();
+        Branching { subset: self.subset, dropped: (self.tips - borne) as u8 }
+    }
+}
+
+/// The number of each tree's species in `species`.
+pub(crate) fn species_numbers(
+    part: &'static str,
+    trees: &[BranchGraph],
+    species: &[String],
+) -> Result<Vec<usize>, TrainError> {
+    let number = |(tree, graph): (usize, &BranchGraph)| {
+        let name = &graph.info.species;
+        species.iter().position(|known| known == name).ok_or_else(|| TrainError::UnknownSpecies {
+            part,
+            tree,
+            species: name.clone(),
+        })
+    };
+    trees.iter().enumerate().map(number).collect()
+}

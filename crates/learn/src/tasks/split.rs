@@ -1,0 +1,185 @@
+//! `split`: how the tips of a node are shared among its children.
+
+use burn::tensor::Tensor;
+use deeptree_graph::MAX_CHILDREN;
+use deeptree_graph::signature::situated::{
+    self, LOG_SCALE, SPLIT_COMPONENTS, SPLIT_LEN, SPLIT_OUTPUTS,
+};
+
+use super::{Lesson, Task};
+use crate::loss::{self, OPEN_END, SPLIT_TARGETS};
+use crate::report::Tally;
+use crate::set::{Shares, Spot};
+
+/// One sample a decision: of the tips that are left, how many does the child in a slot bear, while
+/// others come after it?
+pub(crate) struct Split<'a> {
+    lesson: &'a Lesson<'a>,
+    decisions: Vec<(Spot, u8)>,
+}
+
+/// The child bears `tips` of the `left` tips, of which each of the `after` later children needs
+/// one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Decision {
+    left: u32,
+    after: u32,
+    tips: u32,
+}
+
+impl Decision {
+    /// The decision on the child in `slot`; `None` where nothing is left to decide.
+    fn of(shares: &Shares, slot: usize) -> Option<Self> {
+        let earlier: u32 = shares.children[..slot].iter().sum();
+        let left = shares.tips - u32::from(shares.branching().dropped) - earlier;
+        let after = (shares.subset >> (slot + 1)).count_ones();
+        let decision = Self { left, after, tips: shares.children[slot] };
+        let open = shares.branching().has(slot) && after > 0 && decision.bins() > 1;
+        open.then_some(decision)
+    }
+
+    /// How many numbers of tips are possible.
+    fn bins(&self) -> u32 {
+        self.left - self.after
+    }
+
+    /// Logits of the ends of the share that stands for these tips, of `bins` equal ones; the
+    /// outermost are open.
+    fn ends(&self) -> (f32, f32) {
+        let bins = f64::from(self.bins());
+        let logit = |bin: u32| (f64::from(bin) / (bins - f64::from(bin))).ln() as f32;
+        let open = |bin| logit(bin).clamp(-OPEN_END, OPEN_END);
+        (open(self.tips - 1), open(self.tips))
+    }
+
+    /// Difference of the ends, without the error that each has on its own.
+    fn width(&self) -> f32 {
+        let (bins, high) = (f64::from(self.bins()), f64::from(self.tips));
+        let low = high - 1.0;
+        let ratio = high * (bins - low) / (low * (bins - high));
+        (ratio.ln() as f32).min(OPEN_END)
+    }
+}
+
+impl<'a> Split<'a> {
+    pub(crate) fn new(lesson: &'a Lesson<'a>) -> Self {
+        let forks = lesson.corpus.select(|node| node.child_count() > 1);
+        let decisions = forks.into_iter().flat_map(|spot| {
+            let shares = lesson.corpus.shares(spot);
+            let open = move |slot: &u8| Decision::of(&shares, usize::from(*slot)).is_some();
+            (0..MAX_CHILDREN as u8).filter(open).map(move |slot| (spot, slot))
+        });
+        Self { lesson, decisions: decisions.collect() }
+    }
+}
+
+impl Task for Split<'_> {
+    fn inputs(&self) -> usize {
+        situated::len(self.lesson.species) + SPLIT_LEN
+    }
+
+    fn outputs(&self) -> usize {
+        SPLIT_OUTPUTS
+    }
+
+    fn targets(&self) -> usize {
+        SPLIT_TARGETS
+    }
+
+    fn samples(&self) -> usize {
+        self.decisions.len()
+    }
+
+    fn species(&self, sample: usize) -> usize {
+        self.lesson.conditions(self.decisions[sample].0).species
+    }
+
+    fn encode(&self, sample: usize, inputs: &mut [f32], targets: &mut [f32]) {
+        let (spot, slot) = self.decisions[sample];
+        let slot = usize::from(slot);
+        let shares = self.lesson.corpus.shares(spot);
+        let Some(decision) = Decision::of(&shares, slot) else { return };
+        let rest = self.lesson.encode(spot, inputs);
+        situated::encode_split(shares.branching(), slot, decision.left, rest);
+        let (low, high) = decision.ends();
+        let (lows, others) = targets.split_at_mut(SPLIT_COMPONENTS);
+        let (highs, widths) = others.split_at_mut(SPLIT_COMPONENTS);
+        lows.fill(low);
+        highs.fill(high);
+        widths.fill(decision.width());
+    }
+
+    fn loss(&self, outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+        loss::split(outputs, targets)
+    }
+
+    fn measures(&self) -> &'static [&'static str] {
+        &["nll"]
+    }
+
+    fn measure(&self, outputs: &[f32], targets: &[f32], tally: &mut Tally) {
+        let p = bin_probability(outputs, targets[0], targets[SPLIT_COMPONENTS]);
+        tally.count(&[-p.max(f64::MIN_POSITIVE).ln()]);
+    }
+}
+
+/// Probability that the logit of the share lies between `low` and `high`.
+fn bin_probability(outputs: &[f32], low: f32, high: f32) -> f64 {
+    const K: usize = SPLIT_COMPONENTS;
+    let weights: Vec<f64> = outputs[..K].iter().map(|&x| f64::from(x).exp()).collect();
+    let mass = |i: usize| {
+        let scale = f64::from(outputs[2 * K + i].clamp(*LOG_SCALE.start(), *LOG_SCALE.end())).exp();
+        let below =
+            |z: f32| 1.0 / (1.0 + (-(f64::from(z) - f64::from(outputs[K + i])) / scale).exp());
+        below(high) - below(low)
+    };
+    (0..K).map(|i| weights[i] * mass(i)).sum::<f64>() / weights.iter().sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn decision(left: u32, after: u32, tips: u32) -> Decision {
+        Decision { left, after, tips }
+    }
+
+    #[test]
+    fn bins_tile_the_share() {
+        for (left, after) in [(3, 1), (10, 2), (1000, 1)] {
+            let all: Vec<_> = (1..=left - after).map(|k| decision(left, after, k)).collect();
+            assert_eq!(all[0].ends().0, -OPEN_END);
+            assert_eq!(all[all.len() - 1].ends().1, OPEN_END);
+            for pair in all.windows(2) {
+                assert_eq!(pair[0].ends().1, pair[1].ends().0);
+            }
+            for inner in &all[1..all.len() - 1] {
+                let (low, high) = inner.ends();
+                assert!((high - low - inner.width()).abs() < 1e-5 * high.abs().max(1.0));
+            }
+        }
+    }
+
+    #[test]
+    fn a_triple_fork_gives_two_decisions_and_a_forced_share_gives_none() {
+        let shares = Shares { tips: 10, subset: 0b111, children: [4, 3, 2] };
+        assert_eq!(Decision::of(&shares, 0), Some(decision(9, 2, 4)));
+        assert_eq!(Decision::of(&shares, 1), Some(decision(5, 1, 3)));
+        assert_eq!(Decision::of(&shares, 2), None);
+        let forced = Shares { tips: 2, subset: 0b101, children: [1, 0, 1] };
+        assert_eq!(Decision::of(&forced, 0), None);
+    }
+
+    #[test]
+    fn probabilities_of_all_bins_add_up_to_one() {
+        let outputs = [0.3, -1.0, 0.5, -2.0, 0.1, 4.0, -5.0, 0.3, 1.5];
+        for (left, after) in [(2, 1), (3, 1), (50, 2), (5000, 1)] {
+            let bin = |k| {
+                let (low, high) = decision(left, after, k).ends();
+                bin_probability(&outputs, low, high)
+            };
+            let sum: f64 = (1..=left - after).map(bin).sum();
+            assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+        }
+    }
+}
