@@ -1,1 +1,22 @@
-//! placeholder
+//! Corpora: folders of grown trees that networks are trained and judged on.
+//!
+//! ```text
+//! DIR/corpus.toml               the plan: species, trees, seeds, split
+//! DIR/<species>-<shard>.parquet skeleton tables of a few trees each
+//! ```
+//!
+//! [`build`] makes a corpus from a [`CorpusPlan`] and goes on where it was stopped; [`Corpus`]
+//! reads it. Tree `k` of every species has the seed `first_seed + k`, and the plan alone decides
+//! which trees are for training: a corpus has the same bytes wherever it is built.
+
+#![forbid(unsafe_code)]
+
+mod builder;
+mod corpus;
+mod plan;
+mod shard;
+
+pub use builder::{BuildError, BuildReport, Progress, build};
+pub use corpus::{Corpus, CorpusError, Trees};
+pub use plan::{CorpusPlan, PLAN_FILE, PlanError, Split};
+pub use shard::{CorpusTree, ShardError};
