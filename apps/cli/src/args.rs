@@ -1,0 +1,241 @@
+//! What the command line can say.
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+use deeptree_growth::Profile;
+
+use crate::format::Format;
+
+/// A request that no run could fulfil: exit code 2.
+#[derive(Debug)]
+pub(crate) struct UsageError(pub(crate) String);
+
+impl std::fmt::Display for UsageError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for UsageError {}
+
+/// Trees from neural networks: grow, learn, generate, export.
+#[derive(Parser)]
+#[command(version, about, propagate_version = true)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub(crate) verb: Verb,
+    /// Print nothing but errors.
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+    /// Print the figures as JSON.
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum Verb {
+    /// Grow trees from trained networks.
+    Generate(Generate),
+    /// Grow trees from the procedural model that the networks learn from.
+    Grow(Grow),
+    /// Grow a corpus to train on, in Parquet.
+    Dataset(Dataset),
+    /// Train networks on a corpus.
+    Train(Train),
+    /// Measure generated trees beside grown ones, and both beside the paper's figures.
+    Evaluate(Evaluate),
+    /// Say what is in a file.
+    Info(Info),
+    /// Convert a tree between formats.
+    Convert(Convert),
+}
+
+/// What to write, and where.
+#[derive(clap::Args)]
+pub(crate) struct Out {
+    /// Where to: a file (.glb .obj .ply .tree .csv .parquet .dtree), a folder when there are
+    /// several trees, or - for standard output.
+    #[arg(long, short, value_name = "FILE|DIR|-")]
+    pub(crate) output: PathBuf,
+    /// The format, where the name of the output does not say it [default: glb].
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) format: Option<Format>,
+    /// Level of detail of meshes, 0 (finest) to 3.
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3))]
+    pub(crate) lod: u8,
+}
+
+/// Which trees.
+#[derive(clap::Args)]
+pub(crate) struct Which {
+    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow.
+    pub(crate) species: String,
+    /// Seed of the first tree; the next ones have the numbers after it.
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
+    pub(crate) seed: u64,
+    /// How many trees.
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) count: u32,
+    /// Age in growth cycles.
+    #[arg(long, allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) age: Option<f32>,
+    /// Gravitropism: negative grows up, positive droops.
+    #[arg(long, allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) gravitropism: Option<f32>,
+    /// Threads [default: one a core].
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) threads: Option<u16>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct Generate {
+    #[command(flatten)]
+    pub(crate) which: Which,
+    #[command(flatten)]
+    pub(crate) out: Out,
+    #[command(flatten)]
+    pub(crate) model: ModelChoice,
+    /// Nodes a tree may have.
+    #[arg(long, default_value_t = deeptree_generate::DEFAULT_BUDGET as u32, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) budget: u32,
+    /// Nodes that go through the networks together; any number gives the same trees.
+    #[arg(long, default_value_t = deeptree_generate::DEFAULT_BATCH as u32, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) batch: u32,
+}
+
+/// Which networks.
+#[derive(clap::Args)]
+pub(crate) struct ModelChoice {
+    /// A model that ships (situated, paper) or a .safetensors file.
+    #[arg(long, default_value = "situated", value_name = "NAME|FILE")]
+    pub(crate) model: PathBuf,
+    /// Instruction set of the networks (scalar sse2 avx2 avx512 neon simd128); any gives the same
+    /// trees [default: the widest this processor has].
+    #[arg(long, value_name = "SET")]
+    pub(crate) simd: Option<deeptree_infer::SimdPath>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct Grow {
+    #[command(flatten)]
+    pub(crate) which: Which,
+    #[command(flatten)]
+    pub(crate) out: Out,
+    /// The numbers of the species: reference reproduces the paper's statistics, published is its
+    /// printed table.
+    #[arg(long, default_value = "reference", value_parser = profile)]
+    pub(crate) profile: Profile,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct Dataset {
+    /// The species, separated by commas, or all.
+    #[arg(long, default_value = "all")]
+    pub(crate) species: String,
+    /// Trees of each species; four fifths are for training, the rest for validation.
+    #[arg(long, default_value_t = 500, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) trees: u32,
+    /// Seed of the first tree of each species.
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
+    pub(crate) seed: u64,
+    /// The numbers of the species.
+    #[arg(long, default_value = "reference", value_parser = profile)]
+    pub(crate) profile: Profile,
+    /// The corpus' folder; a corpus begun there is continued.
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct Train {
+    /// The corpus' folder.
+    pub(crate) data: PathBuf,
+    /// situated, or paper for the published recipe.
+    #[arg(long, default_value = "situated", value_parser = ["situated", "paper"])]
+    pub(crate) kind: String,
+    /// Seed of the weights and of the order of the samples.
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
+    pub(crate) seed: u64,
+    /// Epochs [default: what the kind needs].
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) epochs: Option<u32>,
+    /// Samples an epoch looks at [default: what the kind needs].
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) samples: Option<u64>,
+    /// Use only the first N training trees of each species.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) trees: Option<u32>,
+    /// cpu, cuda or wgpu; the last two need a build with that feature.
+    #[arg(long, default_value = "cpu", value_parser = ["cpu", "cuda", "wgpu"])]
+    pub(crate) device: String,
+    /// The model to write (.safetensors); a .toml goes beside it. Training interrupted is resumed.
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct Evaluate {
+    /// The species, separated by commas, or all.
+    #[arg(long, default_value = "all")]
+    pub(crate) species: String,
+    /// Trees of each species, grown and generated.
+    #[arg(long, default_value_t = 500, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) trees: u32,
+    /// Seed of the first tree; the default is far from the seeds of a corpus.
+    #[arg(long, default_value_t = 1_000_000, allow_negative_numbers = true)]
+    pub(crate) seed: u64,
+    /// Which side to measure: both, the procedural model (p) or the networks (dt).
+    #[arg(long, default_value = "both", value_parser = ["both", "p", "dt"])]
+    pub(crate) side: String,
+    #[command(flatten)]
+    pub(crate) model: ModelChoice,
+    /// The folder of the report: table.csv and table.json.
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct Info {
+    /// A tree, a table, a model or a corpus.
+    pub(crate) file: PathBuf,
+    #[command(flatten)]
+    pub(crate) model: ModelChoice,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct Convert {
+    /// The tree to read: .tree .csv .parquet .dtree.
+    pub(crate) input: PathBuf,
+    #[command(flatten)]
+    pub(crate) out: OutPath,
+    /// Which tree of a table of several.
+    #[arg(long, value_name = "NUMBER")]
+    pub(crate) tree: Option<u32>,
+    #[command(flatten)]
+    pub(crate) model: ModelChoice,
+}
+
+/// Where `convert` writes.
+#[derive(clap::Args)]
+pub(crate) struct OutPath {
+    /// The file to write: .glb .obj .ply .tree .csv .parquet; - for standard output.
+    pub(crate) output: PathBuf,
+    /// The format, where the name of the output does not say it.
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) format: Option<Format>,
+    /// Level of detail of meshes, 0 (finest) to 3.
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3))]
+    pub(crate) lod: u8,
+}
+
+fn finite(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(x) if x.is_finite() => Ok(x),
+        _ => Err("it must be a finite number".to_owned()),
+    }
+}
+
+fn profile(text: &str) -> Result<Profile, String> {
+    text.parse().map_err(|error: deeptree_growth::SpeciesError| error.to_string())
+}

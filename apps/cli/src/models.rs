@@ -1,0 +1,46 @@
+//! The models that ship, and models from files.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use deeptree_infer::{Model, Workspace};
+
+use crate::args::{ModelChoice, UsageError};
+
+const SITUATED: &[u8] = include_bytes!("../../../models/situated.safetensors");
+const PAPER: &[u8] = include_bytes!("../../../models/paper.safetensors");
+
+impl ModelChoice {
+    /// Loads the model: one that ships by its name, else a file.
+    pub(crate) fn load(&self) -> Result<Model> {
+        match self.model.to_str() {
+            Some("situated") => Ok(Model::from_bytes(SITUATED)?),
+            Some("paper") => Ok(Model::from_bytes(PAPER)?),
+            _ => load_file(&self.model),
+        }
+    }
+
+    /// Memory for predictions on the chosen instruction set.
+    pub(crate) fn workspace(&self) -> Result<Workspace> {
+        match self.simd {
+            None => Ok(Workspace::default()),
+            Some(path) if path.is_available() => Ok(Workspace::new(path)),
+            Some(path) => {
+                let known: Vec<&str> =
+                    deeptree_infer::SimdPath::available().iter().map(|path| path.name()).collect();
+                let known = known.join(", ");
+                Err(UsageError(format!("this processor has no {path}; it has {known}")).into())
+            }
+        }
+    }
+}
+
+fn load_file(path: &Path) -> Result<Model> {
+    let bytes = std::fs::read(path).with_context(|| {
+        format!(
+            "cannot read the model {}; the models that ship are situated and paper",
+            path.display()
+        )
+    })?;
+    Model::from_bytes(&bytes).with_context(|| format!("{} is no model", path.display()))
+}

@@ -1,0 +1,172 @@
+//! Writing trees: one file, a table of all, or a folder of files.
+
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use deeptree_export::tables::{TableMeta, TableWriter};
+use deeptree_export::{glb, obj, ply, write_atomically};
+use deeptree_graph::codec::csv::CsvWriter;
+use deeptree_graph::codec::{dtree::SeedFile, tree_format};
+use deeptree_mesh::{WoodOptions, wood};
+
+use crate::args::UsageError;
+use crate::batch::Made;
+use crate::format::Format;
+
+/// Where trees go.
+#[derive(Debug)]
+pub(crate) struct Target {
+    pub(crate) path: PathBuf,
+    pub(crate) format: Format,
+    pub(crate) lod: u8,
+    /// The model that made the trees; none for trees of the growth model.
+    pub(crate) model: Option<[u8; 16]>,
+    /// One file a tree in the folder `path`.
+    folder: bool,
+}
+
+impl Target {
+    /// Decides what `path` means for `count` trees.
+    pub(crate) fn new(path: &Path, format: Option<Format>, count: u64, lod: u8) -> Result<Self> {
+        let named = if is_stdout(path) { None } else { Format::of_path(path)? };
+        let format = match (named, format) {
+            (Some(named), Some(asked)) if named != asked => bail!(UsageError(format!(
+                "{} is no .{} file; leave --format out or rename the output",
+                path.display(),
+                asked.extension()
+            ))),
+            (named, asked) => named.or(asked).unwrap_or(Format::Glb),
+        };
+        let folder = !is_stdout(path) && named.is_none() && (path.is_dir() || !path.exists());
+        if count > 1 && !folder && !format.is_table() {
+            bail!(UsageError(format!(
+                "{count} trees do not fit into one .{} file; name a folder, or a .csv or .parquet table",
+                format.extension()
+            )));
+        }
+        Ok(Self { path: path.to_owned(), format, lod, model: None, folder })
+    }
+
+    /// Runs `make`, which hands over trees one by one, and writes them. Nothing is left behind
+    /// under the target's name when it fails.
+    pub(crate) fn write(
+        &self,
+        make: impl FnOnce(&mut dyn FnMut(&Made) -> Result<()>) -> Result<()>,
+    ) -> Result<()> {
+        if self.folder {
+            std::fs::create_dir_all(&self.path)
+                .with_context(|| format!("cannot create the folder {}", self.path.display()))?;
+            return make(&mut |made| {
+                let name =
+                    format!("{}-{}.{}", made.tree.info.species, made.seed, self.format.extension());
+                self.write_file(&self.path.join(name), |out| self.write_one(made, out))
+            });
+        }
+        if is_stdout(&self.path) {
+            let mut out = BufWriter::new(std::io::stdout());
+            self.write_all(make, &mut out)?;
+            return out.flush().context("cannot write to standard output");
+        }
+        self.write_file(&self.path, |out| self.write_all(make, out))
+    }
+
+    fn write_file<W>(&self, path: &Path, write: W) -> Result<()>
+    where
+        W: FnOnce(&mut BufWriter<std::fs::File>) -> Result<()>,
+    {
+        // The writer's own error is the cause; the file's errors name the file.
+        let mut cause = None;
+        let written = write_atomically(path, |out| {
+            write(out).map_err(|error| {
+                let text = format!("{error:#}");
+                cause = Some(error);
+                std::io::Error::other(text)
+            })
+        });
+        match (written, cause) {
+            (_, Some(cause)) => Err(cause.context(format!("{} was not written", path.display()))),
+            (written, None) => Ok(written?),
+        }
+    }
+
+    /// All trees into one stream.
+    fn write_all(
+        &self,
+        make: impl FnOnce(&mut dyn FnMut(&Made) -> Result<()>) -> Result<()>,
+        out: &mut (impl Write + Send),
+    ) -> Result<()> {
+        let mut number = 0;
+        match self.format {
+            Format::Csv => {
+                let mut table = CsvWriter::new(out)?;
+                make(&mut |made| {
+                    table.write(number, &made.tree)?;
+                    number += 1;
+                    Ok(())
+                })?;
+                table.finish()?;
+            }
+            Format::Parquet => {
+                let meta = TableMeta { model: self.model.map(hex) };
+                let mut table = TableWriter::new(out, &meta)?;
+                make(&mut |made| {
+                    table.write(number, &made.tree)?;
+                    number += 1;
+                    Ok(())
+                })?;
+                table.finish()?;
+            }
+            _ => make(&mut |made| self.write_one(made, &mut *out))?,
+        }
+        Ok(())
+    }
+
+    fn write_one(&self, made: &Made, out: &mut (impl Write + Send)) -> Result<()> {
+        let tree = &made.tree;
+        let mesh = || wood(tree, &WoodOptions::lod(self.lod));
+        match self.format {
+            Format::Glb => glb::write(&mesh(), &tree.info, out)?,
+            Format::Obj => obj::write(&mesh(), &tree.info, out)?,
+            Format::Ply => ply::write(&mesh(), &tree.info, out)?,
+            Format::Tree => tree_format::write(out, tree)?,
+            Format::Csv => {
+                let mut table = CsvWriter::new(out)?;
+                table.write(0, tree)?;
+                table.finish()?;
+            }
+            Format::Parquet => {
+                let mut table = TableWriter::new(out, &TableMeta { model: self.model.map(hex) })?;
+                table.write(0, tree)?;
+                table.finish()?;
+            }
+            Format::Dtree => out.write_all(&self.seed_file(made)?.to_bytes())?,
+        }
+        Ok(())
+    }
+
+    fn seed_file(&self, made: &Made) -> Result<SeedFile> {
+        let (Some(model), Some(germ)) = (self.model, made.germ) else {
+            bail!(UsageError(
+                "a .dtree file is a seed of the networks; only generate writes one".to_owned()
+            ));
+        };
+        Ok(SeedFile {
+            model,
+            species: u8::try_from(germ.species).context("a .dtree file numbers 256 species")?,
+            age: germ.root.age as u16,
+            gravitropism: germ.root.gravitropism,
+            seed: germ.seed.0,
+            root: germ.root.signature,
+        })
+    }
+}
+
+pub(crate) fn is_stdout(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// Bytes as hexadecimal digits.
+pub(crate) fn hex(bytes: [u8; 16]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,52 @@
+//! `convert`: a tree from one format to another.
+
+use anyhow::{Result, bail};
+
+use crate::args::{self, Args, UsageError};
+use crate::format::Format;
+use crate::output::{Target, is_stdout};
+use crate::{input, report};
+
+pub(crate) fn run(args: &Args, verb: &args::Convert) -> Result<()> {
+    let mut target = Target::new(&verb.out.output, verb.out.format, 1, verb.out.lod)?;
+    if target.format == Format::Dtree {
+        bail!(UsageError(
+            "a .dtree file is a seed of the networks; only generate writes one".into()
+        ));
+    }
+    if !is_stdout(&verb.out.output) && Format::of_path(&verb.out.output)?.is_none() {
+        bail!(UsageError("name the file to write, with its extension".into()));
+    }
+    target.model = None;
+    // A table goes into a table whole; into any other format goes one tree.
+    let whole = target.format.is_table() && verb.tree.is_none();
+    let mut last = None;
+    target.write(|take| {
+        let mut seen = 0;
+        input::read(&verb.input, &verb.model, |number, made| {
+            if verb.tree.is_some_and(|wanted| wanted != number) {
+                return Ok(true);
+            }
+            seen += 1;
+            if seen > 1 && !whole {
+                bail!(UsageError(format!(
+                    "{} holds several trees; say which with --tree",
+                    verb.input.display()
+                )));
+            }
+            take(&made)?;
+            last = Some(report::tree_figures(&made.tree));
+            Ok(verb.tree.is_none())
+        })?;
+        match (seen, verb.tree) {
+            (0, Some(wanted)) => bail!("{} has no tree {wanted}", verb.input.display()),
+            (0, None) => bail!("{} holds no tree", verb.input.display()),
+            _ => Ok(()),
+        }
+    })?;
+    if let Some(figures) = last {
+        let text = format!("{} → {}", report::tree_text(&figures), verb.out.output.display());
+        report::say(args, &figures, &text, is_stdout(&verb.out.output));
+    }
+    Ok(())
+}

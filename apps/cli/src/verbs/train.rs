@@ -1,0 +1,178 @@
+//! `train`: networks from a corpus.
+
+use anyhow::Result;
+
+use crate::args::{self, Args};
+
+#[cfg(not(feature = "train"))]
+pub(crate) fn run(_: &Args, _: &args::Train) -> Result<()> {
+    anyhow::bail!(
+        "this build cannot train; build one that can with \
+         `cargo run --release --features train -- train …`"
+    )
+}
+
+#[cfg(feature = "train")]
+pub(crate) fn run(args: &Args, verb: &args::Train) -> Result<()> {
+    training::run(args, verb)
+}
+
+#[cfg(feature = "train")]
+mod training {
+    use std::collections::BTreeMap;
+    use std::io::Write;
+    use std::path::{Path, PathBuf};
+    use std::sync::Mutex;
+
+    use anyhow::{Context, Result, bail};
+    use deeptree_dataset::{Corpus, Split};
+    use deeptree_export::write_atomically;
+    use deeptree_graph::BranchGraph;
+    use deeptree_learn::{Kind, Processor, TrainEvent, TrainOptions, TrainingSet, train};
+    use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+    use crate::args::{self, Args, UsageError};
+    use crate::report;
+
+    pub(super) fn run(args: &Args, verb: &args::Train) -> Result<()> {
+        if verb.output.extension().is_none_or(|extension| extension != "safetensors") {
+            bail!(UsageError(format!("{}: a model is a .safetensors file", verb.output.display())));
+        }
+        let options = options(verb)?;
+        let set = read(args, verb)?;
+        let bars = Bars::new(args);
+        let checkpoints = beside(&verb.output, "checkpoint");
+        let trained = train(&set, &options, &checkpoints, &|event| bars.show(event))?;
+
+        let report = toml_of(&trained.report)?;
+        write_atomically(&verb.output, |out| out.write_all(&trained.weights))?;
+        let toml = verb.output.with_extension("toml");
+        write_atomically(&toml, |out| out.write_all(report.as_bytes()))?;
+        let text = format!("{report}\n→ {} and {}", verb.output.display(), toml.display());
+        report::say(args, &serde_json::to_value(&trained.report)?, &text, false);
+        Ok(())
+    }
+
+    fn toml_of(report: &deeptree_learn::Report) -> Result<String> {
+        report.to_toml().context("the report cannot be written as TOML")
+    }
+
+    fn options(verb: &args::Train) -> Result<TrainOptions> {
+        let kind = if verb.kind == "paper" { Kind::Paper } else { Kind::Situated };
+        let mut options = TrainOptions::new(kind);
+        options.seed = verb.seed;
+        if let Some(epochs) = verb.epochs {
+            options.epochs = epochs;
+        }
+        if let Some(samples) = verb.samples {
+            options.steps_per_epoch = Some(samples.div_ceil(options.batch as u64));
+        }
+        options.device = match verb.device.as_str() {
+            "cuda" => Processor::Cuda,
+            "wgpu" => Processor::Wgpu,
+            _ => Processor::Cpu,
+        };
+        Ok(options)
+    }
+
+    /// The corpus in memory.
+    fn read(args: &Args, verb: &args::Train) -> Result<TrainingSet> {
+        let corpus = Corpus::open(&verb.data)
+            .with_context(|| format!("{} is no corpus", verb.data.display()))?;
+        let plan = corpus.plan();
+        let most = verb.trees.unwrap_or(plan.training_trees).min(plan.training_trees);
+        let validation = plan.trees - plan.training_trees;
+        let bar =
+            report::bar(args, u64::from(most + validation) * plan.species.len() as u64, "reading");
+        let take = |split| -> Result<Vec<BranchGraph>> {
+            let mut trees = Vec::new();
+            for tree in corpus.trees(split) {
+                let tree = tree?;
+                if split == Split::Validation || tree.number < most {
+                    trees.push(tree.tree);
+                    bar.inc(1);
+                }
+            }
+            Ok(trees)
+        };
+        let set = TrainingSet {
+            species: plan.species.clone(),
+            train: take(Split::Train)?,
+            validation: take(Split::Validation)?,
+            data_hash: corpus.hash()?,
+        };
+        bar.finish_and_clear();
+        Ok(set)
+    }
+
+    fn beside(path: &Path, suffix: &str) -> PathBuf {
+        let mut name = path.as_os_str().to_owned();
+        name.push(format!(".{suffix}"));
+        name.into()
+    }
+
+    /// A bar a network; without a terminal, a line an epoch.
+    struct Bars {
+        all: MultiProgress,
+        bars: Mutex<BTreeMap<&'static str, ProgressBar>>,
+        lines: bool,
+    }
+
+    impl Bars {
+        fn new(args: &Args) -> Self {
+            let all = MultiProgress::new();
+            let lines = !args.quiet && !args.json && all.is_hidden();
+            if args.quiet || args.json {
+                all.set_draw_target(ProgressDrawTarget::hidden());
+            }
+            Self { all, bars: Mutex::default(), lines }
+        }
+
+        fn show(&self, event: TrainEvent) {
+            let Ok(mut bars) = self.bars.lock() else { return };
+            match event {
+                TrainEvent::Start { network, samples, parameters, steps, epochs_done, .. } => {
+                    let bar = self.all.add(ProgressBar::new(steps));
+                    if let Ok(style) = ProgressStyle::with_template("{prefix:>10} {wide_bar} {msg}")
+                    {
+                        bar.set_style(style);
+                    }
+                    bar.set_prefix(network);
+                    bars.insert(network, bar);
+                    self.line(|| {
+                        format!(
+                            "{network}: {parameters} weights, {samples} samples, {steps} steps, \
+                             {epochs_done} epochs done"
+                        )
+                    });
+                }
+                TrainEvent::Step { network, epoch, step, loss, samples_per_second, left } => {
+                    if let Some(bar) = bars.get(network) {
+                        bar.set_position(step);
+                        bar.set_message(format!(
+                            "epoch {epoch}, loss {loss:.4}, {:.0} k samples/s, {} left",
+                            samples_per_second / 1e3,
+                            HumanDuration(left)
+                        ));
+                    }
+                }
+                TrainEvent::Epoch { network, epoch, figures } => {
+                    let message = bars.get(network).map(ProgressBar::message).unwrap_or_default();
+                    self.line(|| format!("{network}: epoch {epoch}, {figures}; {message}"));
+                }
+                TrainEvent::Done { network } => {
+                    if let Some(bar) = bars.remove(network) {
+                        bar.finish();
+                    }
+                }
+                _ => {}
+            }
+        }
+
+        fn line(&self, text: impl FnOnce() -> String) {
+            if self.lines {
+                eprintln!("{}", text());
+            }
+        }
+    }
+}
