@@ -120,7 +120,7 @@ impl<W: Write + Send> TableWriter<W> {
     }
 }
 
-/// Encodings by measurement of what each column holds: numbers that count up as differences,
+/// Encodings by what each column holds: numbers that count up as differences,
 /// coordinates as byte streams (neighbours share sign and exponent), few distinct values as a
 /// dictionary.
 fn properties(meta: &TableMeta) -> WriterProperties {
