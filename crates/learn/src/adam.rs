@@ -60,3 +60,34 @@ impl State {
         Self { parameters, first, second, average, step }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mlp::{flat, values};
+    use burn::tensor::Device;
+
+    fn state(values: &[f32]) -> State {
+        State::new(flat(values.to_vec(), &Device::flex()))
+    }
+
+    #[test]
+    fn the_first_step_is_the_learning_rate_against_the_sign_of_the_gradient() {
+        let gradient = flat(vec![5.0, -0.01], &Device::flex());
+        let after = state(&[1.0, 1.0]).update(gradient, 0.1, 0.0);
+        let parameters = values(after.parameters);
+        assert!((parameters[0] - 0.9).abs() < 1e-5 && (parameters[1] - 1.1).abs() < 1e-5);
+        assert_eq!(values(after.average), parameters);
+    }
+
+    #[test]
+    fn a_parabola_is_descended_to_its_lowest_point() {
+        let mut state = state(&[4.0]);
+        for _ in 0..800 {
+            let gradient = (state.parameters.clone() - 1.5) * 2.0;
+            state = state.update(gradient, 0.02, 0.9);
+        }
+        assert!((values(state.parameters)[0] - 1.5).abs() < 1e-3);
+        assert!((values(state.average)[0] - 1.5).abs() < 1e-3);
+    }
+}

@@ -105,3 +105,134 @@ pub(crate) fn regressor(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
     let error = columns(&outputs, 4, 2) - columns(&targets, 4, 2);
     error.square().mean() + (-cosine + 1.0).mean()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use burn::tensor::{Device, TensorData};
+    use deeptree_graph::signature::situated::{ROTATION_OUTPUTS, SPLIT_OUTPUTS};
+    use deeptree_graph::{Lineage, Purpose, Seed};
+
+    type Loss = fn(Tensor<2>, Tensor<2>) -> Tensor<1>;
+
+    fn row(values: &[f32]) -> Tensor<2> {
+        Tensor::from_data(TensorData::new(values.to_vec(), [1, values.len()]), &Device::flex())
+    }
+
+    fn value(loss: Loss, outputs: &[f32], targets: &[f32]) -> f32 {
+        loss(row(outputs), row(targets)).into_scalar()
+    }
+
+    fn random(n: usize, seed: u64, scale: f64) -> Vec<f32> {
+        let mut draws = Seed(seed).draws(Lineage::ROOT, Purpose::Evaluation);
+        (0..n).map(|_| (scale * draws.normal()) as f32).collect()
+    }
+
+    /// Targets of the bin from `low` to `high`.
+    fn bin(low: f32, high: f32) -> Vec<f32> {
+        [low, high, high - low].into_iter().flat_map(|x| [x; SPLIT_COMPONENTS]).collect()
+    }
+
+    #[test]
+    fn cross_entropy_of_two_possible_classes_is_that_of_a_coin() {
+        let mut targets = [0.0; EXISTENCE_TARGETS];
+        targets[CLASSES..].fill(IMPOSSIBLE);
+        (targets[7], targets[CLASSES + 7], targets[CLASSES + 9]) = (1.0, 0.0, 0.0);
+        let mut outputs = [30.0; CLASSES];
+        (outputs[7], outputs[9]) = (3f32.ln(), 0.0);
+        // Odds of 3 to 1.
+        let loss = value(existence, &outputs, &targets);
+        assert!((loss - (4.0f32 / 3.0).ln()).abs() < 1e-6, "{loss}");
+    }
+
+    #[test]
+    fn one_logistic_of_scale_1_shares_out_evenly() {
+        // The logit of a uniform share has the standard logistic law.
+        let outputs = [0.0; SPLIT_OUTPUTS];
+        for (low, high, p) in [
+            (-OPEN_END, (0.25f32 / 0.75).ln(), 0.25f32),
+            ((0.25f32 / 0.75).ln(), 0.0, 0.25),
+            (0.0, OPEN_END, 0.5),
+            (-OPEN_END, OPEN_END, 1.0),
+        ] {
+            let loss = value(split, &outputs, &bin(low, high));
+            assert!((loss + p.ln()).abs() < 1e-6, "{loss} {p}");
+        }
+    }
+
+    #[test]
+    fn split_agrees_with_the_plain_difference_of_sigmoids() {
+        for seed in 0..50 {
+            let outputs = random(SPLIT_OUTPUTS, seed, 1.5);
+            for (low, high) in [(-OPEN_END, -1.0), (-1.0, -0.9), (0.3, 2.0), (2.0, OPEN_END)] {
+                let loss = f64::from(value(split, &outputs, &bin(low, high)));
+                let plain = -crate::tasks::bin_probability(&outputs, low, high).ln();
+                assert!((loss - plain).abs() < 1e-4 * plain.max(1.0), "{loss} {plain}");
+            }
+        }
+    }
+
+    #[test]
+    fn rotation_agrees_with_the_plain_sum_of_densities() {
+        for seed in 0..50 {
+            let outputs = random(ROTATION_OUTPUTS, seed, 0.7);
+            let turn = random(3, 1000 + seed, 1.0);
+            let loss = f64::from(value(rotation, &outputs, &turn.repeat(ROTATION_COMPONENTS)));
+            let turn = std::array::from_fn(|j| f64::from(turn[j]));
+            let (plain, _) = crate::tasks::judge_turn(&outputs, turn);
+            assert!((loss - plain).abs() < 1e-4 * plain.abs().max(1.0), "{loss} {plain}");
+        }
+    }
+
+    #[test]
+    fn quaternions_at_a_right_angle_have_distance_1_whatever_their_length() {
+        let outputs = [0.0, 0.0, 5.0, 0.0, 0.25, 1.0];
+        let targets = [0.0, 0.0, 0.0, 1.0, 0.05, 0.9];
+        let expected = 1.0 + (0.2f32 * 0.2 + 0.1 * 0.1) / 2.0;
+        assert!((value(regressor, &outputs, &targets) - expected).abs() < 1e-6);
+        assert!(value(regressor, &[0.0, 0.0, 0.0, 3.0, 0.05, 0.9], &targets).abs() < 1e-6);
+    }
+
+    #[test]
+    fn classifier_at_even_odds_errs_by_a_quarter() {
+        assert_eq!(value(classifier, &[0.0; 3], &[0.0, 1.0, 1.0]), 0.25);
+    }
+
+    #[test]
+    fn gradients_match_central_differences() {
+        let turn = random(3, 5, 1.0).repeat(ROTATION_COMPONENTS);
+        let cases: [(Loss, usize, Vec<f32>); 4] = [
+            (split, SPLIT_OUTPUTS, bin(-0.4, 0.1)),
+            (split, SPLIT_OUTPUTS, bin(0.7, OPEN_END)),
+            (rotation, ROTATION_OUTPUTS, turn),
+            (regressor, 6, random(6, 6, 1.0)),
+        ];
+        for (number, (loss, width, targets)) in cases.into_iter().enumerate() {
+            let outputs = random(width, 40 + number as u64, 0.7);
+            let leaf = row(&outputs).autodiff().require_grad();
+            let mut gradients = loss(leaf.clone(), row(&targets).autodiff()).backward();
+            let gradient = crate::mlp::values(leaf.grad_remove(&mut gradients).unwrap());
+            for (i, &exact) in gradient.iter().enumerate() {
+                let at = |shift: f32| {
+                    let mut moved = outputs.clone();
+                    moved[i] += shift;
+                    value(loss, &moved, &targets)
+                };
+                let rough = (at(1e-2) - at(-1e-2)) / 2e-2;
+                assert!((exact - rough).abs() < 2e-3, "case {number}, output {i}: {exact} {rough}");
+            }
+        }
+    }
+
+    #[test]
+    fn losses_stay_finite_far_from_the_truth() {
+        for scale in [1e2, 1e4] {
+            let outputs = random(ROTATION_OUTPUTS, 1, scale);
+            assert!(value(rotation, &outputs, &[3.0; ROTATION_TARGETS]).is_finite());
+            let outputs = random(SPLIT_OUTPUTS, 2, scale);
+            for (low, high) in [(-OPEN_END, -9.0), (-0.001, 0.001), (9.0, OPEN_END)] {
+                assert!(value(split, &outputs, &bin(low, high)).is_finite());
+            }
+        }
+    }
+}

@@ -132,3 +132,55 @@ pub(crate) fn flat(values: Vec<f32>, device: &Device) -> Tensor<1> {
 pub(crate) fn values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
     tensor.into_data().iter::<f32>().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use deeptree_graph::{Lineage, Purpose, Seed};
+    use deeptree_infer::{Dense, Mlp as Kernels, Scratch, SimdPath};
+
+    fn draws(seed: u64) -> Draws {
+        Seed(seed).draws(Lineage::ROOT, Purpose::InitialWeights)
+    }
+
+    #[test]
+    fn burn_and_the_inference_kernels_give_the_same_outputs() {
+        let (net, rows) = (Mlp::new(37, &[64, 21], 9), 50);
+        let mut draws = draws(4);
+        let parameters: Vec<f32> =
+            (0..net.parameters()).map(|_| (0.2 * draws.normal()) as f32).collect();
+        let inputs: Vec<f32> = (0..rows * 37).map(|_| draws.normal() as f32).collect();
+
+        let device = Device::flex();
+        let batch = Tensor::from_data(TensorData::new(inputs.clone(), [rows, 37]), &device);
+        let layers = net.layers(&flat(parameters.clone(), &device), false);
+        let burn = values(layers.forward(batch));
+
+        let dense = net.spans().map(|span| {
+            let (weight, bias) = (&parameters[span.start..span.bias()], span.bias()..span.end());
+            Dense::new(span.inputs, span.outputs, weight, &parameters[bias]).unwrap()
+        });
+        let kernels = Kernels::new(dense.collect()).unwrap();
+        let mut scratch = Scratch::new();
+        let ours = kernels.forward(SimdPath::detect(), &inputs, &mut scratch);
+        assert_eq!(ours.len(), burn.len());
+        for (a, b) in ours.iter().zip(&burn) {
+            assert!((a - b).abs() < 1e-5, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn initial_weights_have_the_variance_that_keeps_activations_alive() {
+        let net = Mlp::new(200, &[300], 10);
+        let flat = net.initial(&draws(1));
+        for span in net.spans() {
+            let weights = &flat[span.start..span.bias()];
+            let variance = weights.iter().map(|w| w * w).sum::<f32>() / weights.len() as f32;
+            // He et al. 2015: 2 over the number of inputs.
+            assert!((variance * span.inputs as f32 / 2.0 - 1.0).abs() < 0.05);
+            assert!(flat[span.bias()..span.end()].iter().all(|&bias| bias == 0.0));
+        }
+        assert_eq!(net.parameters(), flat.len());
+        assert_ne!(flat, net.initial(&draws(2)));
+    }
+}

@@ -219,3 +219,53 @@ impl Schedule {
         self.final_learning_rate + (self.learning_rate - self.final_learning_rate) * wave
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_learning_rate_rises_linearly_then_falls_as_a_cosine() {
+        let options = TrainOptions { epochs: 2, ..TrainOptions::new(Kind::Situated) };
+        let options = TrainOptions { steps_per_epoch: Some(1100), warmup_steps: 200, ..options };
+        let schedule = options.schedule(Network::Existence, 1);
+        let near = |step, expected: f64| {
+            let rate = schedule.learning_rate(step);
+            assert!((rate - expected).abs() < 1e-6, "step {step}: {rate}");
+        };
+        near(99, 1e-3);
+        near(200, 2e-3);
+        near(1200, (2e-3 + 1e-5) / 2.0);
+        near(2200, 1e-5);
+    }
+
+    #[test]
+    fn the_four_networks_of_the_paper_fit_in_its_913_kilobytes() {
+        let (species, mut count) = (8, 0);
+        for (earlier, network) in [0, 0, 1, 2].into_iter().zip(Network::all(Kind::Paper)) {
+            use deeptree_graph::signature::paper::{CHILD_LEN, len};
+            let outputs = if network == Network::Classifier { 3 } else { 6 };
+            let inputs = len(species) + earlier * CHILD_LEN;
+            count += crate::mlp::Mlp::new(inputs, network.hidden(), outputs).parameters();
+        }
+        assert!(4 * count <= 913_000, "{} bytes", 4 * count);
+    }
+
+    #[test]
+    fn options_survive_toml_and_bad_ones_are_named() {
+        let mut options = TrainOptions::new(Kind::Paper);
+        let own = NetworkOptions { hidden: Some(vec![8]), ..NetworkOptions::default() };
+        options.networks.insert("classifier".into(), own);
+        let text = toml::to_string(&options).unwrap();
+        assert_eq!(toml::from_str::<TrainOptions>(&text).unwrap(), options);
+        assert!(options.validate().is_ok());
+
+        options.networks.insert("existence".into(), NetworkOptions::default());
+        let message = options.validate().unwrap_err().to_string();
+        assert!(message.contains("existence"), "{message}");
+        let zero = TrainOptions { batch: 0, ..TrainOptions::new(Kind::Situated) };
+        assert!(
+            matches!(zero.validate(), Err(TrainError::Option { option, .. }) if option == "batch")
+        );
+    }
+}

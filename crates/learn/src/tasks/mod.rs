@@ -11,6 +11,10 @@ use burn::tensor::Tensor;
 pub(crate) use classifier::noise_draws;
 use deeptree_graph::signature::{TreeConditions, situated};
 use deeptree_graph::{Draws, MAX_CHILDREN};
+#[cfg(test)]
+pub(crate) use rotation::judge as judge_turn;
+#[cfg(test)]
+pub(crate) use split::bin_probability;
 
 use crate::order::Order;
 use crate::report::Tally;

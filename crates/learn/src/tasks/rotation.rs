@@ -84,7 +84,7 @@ impl Task for Rotation<'_> {
 }
 
 /// Negative log-likelihood of a turn, and its mean distance from the mixture's mean by component.
-fn judge(outputs: &[f32], turn: [f64; 3]) -> (f64, f64) {
+pub(crate) fn judge(outputs: &[f32], turn: [f64; 3]) -> (f64, f64) {
     const K: usize = ROTATION_COMPONENTS;
     let out = |i: usize| f64::from(outputs[i]);
     let weights: [f64; K] = std::array::from_fn(|i| out(i).exp());

@@ -124,7 +124,7 @@ impl Task for Split<'_> {
 }
 
 /// Probability that the logit of the share lies between `low` and `high`.
-fn bin_probability(outputs: &[f32], low: f32, high: f32) -> f64 {
+pub(crate) fn bin_probability(outputs: &[f32], low: f32, high: f32) -> f64 {
     const K: usize = SPLIT_COMPONENTS;
     let weights: Vec<f64> = outputs[..K].iter().map(|&x| f64::from(x).exp()).collect();
     let mass = |i: usize| {

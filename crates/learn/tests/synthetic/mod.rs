@@ -60,11 +60,10 @@ fn tree(seed: Seed, species: usize) -> BranchGraph {
         let order = usize::from(tree.nodes()[id].order);
         let shares = shares(own, order, &mut draws);
         let child = |slot: usize| {
-            let mut draws = draws.clone().at(slot as u64);
+            let mut draws = draws.clone().at((3 * id + slot) as u64);
             (shares[slot] > 0).then(|| signature(species, slot, shares[slot], &mut draws))
         };
         tree.grow(id as NodeId, [child(0), child(1), child(2)]);
-        draws.bits();
         tips.extend(shares.into_iter().filter(|&tips| tips > 0));
     }
     tree

@@ -1,0 +1,291 @@
+//! Trains on trees of a known law, and asks whether the networks have found it.
+
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic, as tests do")]
+
+mod synthetic;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use deeptree_graph::signature::situated::{self, Branching, CLASSES};
+use deeptree_graph::signature::{TreeConditions, tip_count};
+use deeptree_graph::{BranchGraph, Quat, Vec3};
+use deeptree_infer::{Mlp, ModelKind, Scratch, SimdPath, Weights};
+use deeptree_learn::{
+    Kind, NetworkOptions, Silent, TrainError, TrainEvent, TrainOptions, TrainProgress,
+    TrainedModel, TrainingSet, train,
+};
+
+fn run(set: &TrainingSet, options: &TrainOptions) -> TrainedModel {
+    let folder = tempfile::tempdir().unwrap();
+    train(set, options, folder.path(), &Silent).unwrap()
+}
+
+fn weights(model: &TrainedModel) -> Weights {
+    Weights::from_bytes(&model.weights).unwrap()
+}
+
+fn figure(model: &TrainedModel, network: &str, name: &str) -> f64 {
+    model.report.networks[network].total.values[name]
+}
+
+/// Hidden layers of 8, for tests that do not look at what is learned.
+fn tiny(kind: Kind) -> TrainOptions {
+    let names = match kind {
+        Kind::Situated => ["existence", "split", "rotation1", "rotation2", "rotation3"].as_slice(),
+        Kind::Paper => &["classifier", "regressor1", "regressor2", "regressor3"],
+    };
+    let own = NetworkOptions { hidden: Some(vec![8, 8]), ..NetworkOptions::default() };
+    let networks = names.iter().map(|&name| (name.to_owned(), own.clone())).collect();
+    TrainOptions {
+        batch: 64,
+        epochs: 4,
+        steps_per_epoch: Some(13),
+        warmup_steps: 5,
+        networks,
+        ..TrainOptions::new(kind)
+    }
+}
+
+/// Mean predicted probability of an end at nodes with one tip, by order, with their number.
+fn ends(tree: &BranchGraph, existence: &Mlp, by_order: &mut BTreeMap<u16, (f64, u32)>) {
+    let conditions = TreeConditions {
+        age: tree.info.age as f32,
+        gravitropism: tree.info.gravitropism,
+        species: usize::from(tree.info.species == "elm"),
+        tip_radius: synthetic::TIP_RADIUS[usize::from(tree.info.species == "elm")],
+    };
+    let mut scratch = Scratch::new();
+    let mut inputs = vec![0.0; situated::len(2)];
+    for node in tree.nodes() {
+        if tip_count(node.thickness, conditions.tip_radius) > 1 {
+            continue;
+        }
+        situated::encode(node, &conditions, 2, &mut inputs);
+        let logits = existence.forward(SimdPath::detect(), &inputs, &mut scratch);
+        let odds = |class: usize| {
+            let branching = Branching::from_class(class);
+            if branching.is_possible(1) { f64::from(logits[class]).exp() } else { 0.0 }
+        };
+        let all: f64 = (0..CLASSES).map(odds).sum();
+        let end = odds(Branching { subset: 0, dropped: 1 }.class());
+        let sum = by_order.entry(node.order.min(2)).or_default();
+        *sum = (sum.0 + end / all, sum.1 + 1);
+    }
+}
+
+#[test]
+fn situated_networks_find_the_law_of_the_trees() {
+    let set = synthetic::set(300);
+    let model = run(&set, &TrainOptions { epochs: 4, ..TrainOptions::new(Kind::Situated) });
+    let weights = weights(&model);
+    assert_eq!((weights.kind(), weights.species()), (ModelKind::Situated, &set.species[..]));
+
+    // Existence: ends are as frequent as the law has them, at every order.
+    let existence = weights.mlp("existence").unwrap();
+    let mut by_order = BTreeMap::new();
+    set.validation.iter().for_each(|tree| ends(tree, &existence, &mut by_order));
+    for (order, (sum, count)) in by_order {
+        let (mean, law) = (sum / f64::from(count), 1.0 - synthetic::GOES_ON[usize::from(order)]);
+        assert!((mean - law).abs() < 0.04, "order {order}: {mean} instead of {law}, {count} nodes");
+    }
+    assert!(figure(&model, "existence", "children_excess").abs() < 0.02);
+    for bin in &model.report.networks["existence"].total.reliability {
+        let error = 4.0 * (0.25 / bin.count.max(1) as f64).sqrt();
+        assert!((bin.predicted - bin.actual).abs() < 0.03 + error, "{bin:?}");
+    }
+
+    // Rotations: Gaussian about the slot's mean, so that in deviations the entropy is that of three
+    // standard normal numbers.
+    let entropy = 1.5 * (1.0 + std::f64::consts::TAU.ln());
+    let slots = ["rotation1", "rotation2", "rotation3"];
+    for slot in slots {
+        let nll = figure(&model, slot, "nll");
+        assert!((nll - entropy).abs() < 0.2, "{slot}: {nll} instead of {entropy}");
+    }
+    let (mean, scale) = (
+        weights.table("rotation_mean", &[Some(2), Some(3), Some(4)]).unwrap(),
+        weights.table("rotation_scale", &[Some(2), Some(3), Some(3)]).unwrap(),
+    );
+    for (species, slot) in (0..2).flat_map(|species| (0..3).map(move |slot| (species, slot))) {
+        let q = Quat::from_slice(&mean.row(species)[4 * slot..]);
+        let apart = q.angle_between(synthetic::mean_rotation(species, slot));
+        assert!(apart < 0.02, "species {species}, slot {slot}: {apart} rad");
+        let ratio = Vec3::from_slice(&scale.row(species)[3 * slot..]) / synthetic::SPREAD;
+        assert!((ratio - Vec3::ONE).abs().max_element() < 0.1, "{ratio}");
+    }
+
+    // Split: uniform, so that no network can do better than the logarithm of the bins; one that has
+    // found the law comes near.
+    let uniform = mean_log_bins(&set.validation);
+    let nll = figure(&model, "split", "nll");
+    assert!((nll - uniform).abs() < 0.05, "{nll} instead of {uniform}");
+}
+
+/// Mean logarithm of the number of choices, over all decisions on tips.
+fn mean_log_bins(trees: &[BranchGraph]) -> f64 {
+    let mut logs = Vec::new();
+    for tree in trees {
+        let radius = synthetic::TIP_RADIUS[usize::from(tree.info.species == "elm")];
+        for node in tree.nodes() {
+            let tips: Vec<u32> = node
+                .children
+                .iter()
+                .flatten()
+                .map(|&child| tip_count(tree.node(child).thickness, radius))
+                .collect();
+            for first in 0..tips.len().saturating_sub(1) {
+                let left: u32 = tips[first..].iter().sum();
+                logs.push(f64::from(left + 1 - (tips.len() - first) as u32).ln());
+            }
+        }
+    }
+    logs.retain(|&log| log > 0.0);
+    logs.iter().sum::<f64>() / logs.len() as f64
+}
+
+#[test]
+fn paper_networks_learn_the_means() {
+    let set = synthetic::set(60);
+    let options = TrainOptions {
+        epochs: 4,
+        steps_per_epoch: Some(150),
+        learning_rate: 1e-3,
+        ..TrainOptions::new(Kind::Paper)
+    };
+    let model = run(&set, &options);
+    assert!(model.report.bytes <= 913_000);
+    for slot in ["regressor1", "regressor2", "regressor3"] {
+        // The spread of the rotations alone: 1 − cos of half the angle, E = (σx² + σy² + σz²) / 8.
+        let spread = f64::from(synthetic::SPREAD.length_squared()) / 8.0;
+        let distance = figure(&model, slot, "cosine_distance");
+        assert!(distance < 3.0 * spread, "{slot}: {distance}, spread {spread}");
+        // Lengths are uniform in 0.5 … 1, variance 1/48; half of the error is the thickness's.
+        assert!(figure(&model, slot, "mse") < 1.5 / 96.0);
+    }
+    assert!(figure(&model, "classifier", "accuracy") > 0.7);
+}
+
+/// Stops after an epoch.
+struct StopAfter(AtomicU32, u32);
+
+impl TrainProgress for StopAfter {
+    fn event(&self, event: TrainEvent) {
+        if let TrainEvent::Epoch { epoch, .. } = event {
+            self.0.store(epoch, Ordering::Relaxed);
+        }
+    }
+
+    fn keep_going(&self) -> bool {
+        self.0.load(Ordering::Relaxed) < self.1
+    }
+}
+
+/// Calls `train` until it is through, stopping it after each `epochs` epochs of a network.
+fn in_pieces(set: &TrainingSet, options: &TrainOptions, folder: &Path) -> TrainedModel {
+    for piece in 1.. {
+        match train(set, options, folder, &StopAfter(AtomicU32::new(0), 2)) {
+            Ok(model) => {
+                assert!(piece > 1, "it was never stopped");
+                return model;
+            }
+            Err(TrainError::Stopped { epoch, .. }) => assert!(epoch < options.epochs),
+            Err(error) => panic!("{error}"),
+        }
+    }
+    unreachable!()
+}
+
+#[test]
+fn a_run_in_pieces_ends_with_the_same_bits() {
+    let set = synthetic::set(6);
+    for kind in [Kind::Situated, Kind::Paper] {
+        let options = tiny(kind);
+        let straight = run(&set, &options);
+        let folder = tempfile::tempdir().unwrap();
+        let pieces = in_pieces(&set, &options, folder.path());
+        assert_eq!(straight.report.sha256, pieces.report.sha256, "{kind:?}");
+        let alone = run(&set, &TrainOptions { workers: 1, ..options.clone() });
+        assert_eq!(straight.report.sha256, alone.report.sha256, "{kind:?} with one worker");
+        let other = run(&set, &TrainOptions { seed: 2, ..options });
+        assert_ne!(straight.report.sha256, other.report.sha256, "{kind:?} with another seed");
+    }
+}
+
+#[test]
+fn a_checkpoint_of_other_settings_or_data_is_refused() {
+    let mut set = synthetic::set(2);
+    let options = TrainOptions { epochs: 1, steps_per_epoch: Some(1), ..tiny(Kind::Paper) };
+    let folder = tempfile::tempdir().unwrap();
+    let again = |set: &TrainingSet, options: &TrainOptions| {
+        train(set, options, folder.path(), &Silent).map(|model| model.report.sha256)
+    };
+    let first = again(&set, &options).unwrap();
+    assert_eq!(again(&set, &TrainOptions { workers: 1, ..options.clone() }).unwrap(), first);
+    let message =
+        again(&set, &TrainOptions { batch: 7, ..options.clone() }).unwrap_err().to_string();
+    assert!(message.contains("`options.batch` was 64, now 7"), "{message}");
+    set.data_hash = "other".into();
+    let message = again(&set, &options).unwrap_err().to_string();
+    assert!(message.contains("`data_hash`"), "{message}");
+}
+
+#[test]
+fn a_report_survives_toml() {
+    let set = synthetic::set(2);
+    let options = TrainOptions { epochs: 1, steps_per_epoch: Some(2), ..tiny(Kind::Situated) };
+    let report = run(&set, &options).report;
+    let text = report.to_toml().unwrap();
+    assert_eq!(toml::from_str::<deeptree_learn::Report>(&text).unwrap(), report);
+}
+
+#[test]
+fn roots_and_tip_radii_are_those_of_the_training_trees() {
+    let set = synthetic::set(3);
+    for kind in [Kind::Situated, Kind::Paper] {
+        let options = TrainOptions { epochs: 1, steps_per_epoch: Some(1), ..tiny(kind) };
+        let weights = weights(&run(&set, &options));
+        let roots = weights.table("roots.elm", &[Some(3), Some(8)]).unwrap();
+        let tree = &set.train[1];
+        assert_eq!(tree.info.species, "elm");
+        assert_eq!(&roots.row(0)[..4], &tree.root().rotation.to_array());
+        let rest = [tree.root().thickness, 1.0, tree.info.age as f32, -0.1];
+        assert_eq!(&roots.row(0)[4..], &rest);
+        assert_eq!(
+            weights.table("tip_radius", &[Some(2)]).unwrap().values(),
+            synthetic::TIP_RADIUS
+        );
+    }
+}
+
+#[test]
+fn trees_that_break_the_pipe_model_are_named() {
+    let mut set = synthetic::set(2);
+    // A chain whose child is thicker than its parent.
+    let mut tree = BranchGraph::new(set.train[0].info.clone(), Vec3::ZERO, signature(0.05));
+    tree.grow(0, [Some(signature(0.07)), None, None]);
+    set.train.push(tree);
+    let folder = tempfile::tempdir().unwrap();
+    let error = train(&set, &tiny(Kind::Situated), folder.path(), &Silent).unwrap_err();
+    assert!(matches!(error, TrainError::PipeModel { tree: 4, node: 0, .. }), "{error}");
+}
+
+fn signature(thickness: f32) -> deeptree_graph::ChildSignature {
+    deeptree_graph::ChildSignature { rotation: Quat::IDENTITY, thickness, length: 1.0 }
+}
+
+#[test]
+fn unknown_and_missing_species_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let fails = |set: &TrainingSet| {
+        train(set, &tiny(Kind::Situated), folder.path(), &Silent).unwrap_err().to_string()
+    };
+    let mut set = synthetic::set(2);
+    set.species.push("yew".into());
+    assert!(fails(&set).contains("`yew`"));
+    set.species = vec!["ash".into()];
+    assert!(fails(&set).contains("`elm`"));
+    set.train.clear();
+    assert!(fails(&set).contains("no training trees"));
+}
