@@ -93,14 +93,17 @@ impl TrainOptions {
     ///
     /// For kind `paper` DeepTree §5.2: Adam, learning rate 1e-4, batch 512, noise 1e-4; epochs of
     /// 10 000 steps, since 150 passes over all nodes are out of reach of a processor.
+    ///
+    /// For kind `situated` ours: growth is critical, so a bias of a hundredth in the number of
+    /// children is a tenth of the nodes; existence trains longest.
     #[must_use]
     pub fn new(kind: Kind) -> Self {
         let situated = Self {
             kind,
             seed: 1,
             batch: 1024,
-            epochs: 12,
-            steps_per_epoch: None,
+            epochs: 24,
+            steps_per_epoch: Some(5_000),
             learning_rate: 2e-3,
             final_learning_rate: 1e-5,
             warmup_steps: 200,
@@ -111,10 +114,17 @@ impl TrainOptions {
             device: Processor::Cpu,
             workers: std::thread::available_parallelism().map_or(1, Into::into),
         };
+        let epochs = |epochs| NetworkOptions { epochs: Some(epochs), ..NetworkOptions::default() };
         match kind {
-            Kind::Situated => situated,
+            Kind::Situated => Self {
+                networks: [("rotation1", 12), ("rotation2", 4), ("rotation3", 4), ("split", 4)]
+                    .map(|(name, count)| (name.to_owned(), epochs(count)))
+                    .into(),
+                ..situated
+            },
             Kind::Paper => Self {
                 batch: 512,
+                epochs: 6,
                 steps_per_epoch: Some(10_000),
                 learning_rate: 1e-4,
                 final_learning_rate: 1e-4,

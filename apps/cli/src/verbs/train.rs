@@ -20,6 +20,7 @@ pub(crate) fn run(args: &Args, verb: &args::Train) -> Result<()> {
 #[cfg(feature = "train")]
 mod training {
     use std::collections::BTreeMap;
+    use std::fmt::Write as _;
     use std::io::Write;
     use std::path::{Path, PathBuf};
     use std::sync::Mutex;
@@ -48,9 +49,30 @@ mod training {
         write_atomically(&verb.output, |out| out.write_all(&trained.weights))?;
         let toml = verb.output.with_extension("toml");
         write_atomically(&toml, |out| out.write_all(report.as_bytes()))?;
-        let text = format!("{report}\n→ {} and {}", verb.output.display(), toml.display());
+        let text = summary(&trained.report, &verb.output, &toml);
         report::say(args, &serde_json::to_value(&trained.report)?, &text, false);
         Ok(())
+    }
+
+    /// The figures over all species; those of each are in the file.
+    fn summary(report: &deeptree_learn::Report, model: &Path, toml: &Path) -> String {
+        let mut text = String::new();
+        for (name, network) in &report.networks {
+            let _ = writeln!(text, "{name:>10}: {}", values(&network.total));
+        }
+        let (bytes, minutes) = (report.bytes, report.seconds / 60.0);
+        let files = format!("{} and {}", model.display(), toml.display());
+        let _ = write!(
+            text,
+            "{} weights, {bytes} bytes, {minutes:.0} min → {files}",
+            report.weight_count
+        );
+        text
+    }
+
+    fn values(figures: &deeptree_learn::Figures) -> String {
+        let values = figures.values.iter().map(|(name, value)| format!("{name} {value:.5}"));
+        values.collect::<Vec<_>>().join(", ")
     }
 
     fn toml_of(report: &deeptree_learn::Report) -> Result<String> {
@@ -63,6 +85,7 @@ mod training {
         options.seed = verb.seed;
         if let Some(epochs) = verb.epochs {
             options.epochs = epochs;
+            options.networks.clear();
         }
         if let Some(samples) = verb.samples {
             options.steps_per_epoch = Some(samples.div_ceil(options.batch as u64));
@@ -158,7 +181,8 @@ mod training {
                 }
                 TrainEvent::Epoch { network, epoch, figures } => {
                     let message = bars.get(network).map(ProgressBar::message).unwrap_or_default();
-                    self.line(|| format!("{network}: epoch {epoch}, {figures}; {message}"));
+                    let values = values(&figures);
+                    self.line(|| format!("{network}: epoch {epoch}, {values}; {message}"));
                 }
                 TrainEvent::Done { network } => {
                     if let Some(bar) = bars.remove(network) {
