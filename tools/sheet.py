@@ -27,6 +27,7 @@ SPECIES = "beech corkscrew maple oak pine tulip walnut willow".split()
 SIDES = {"grow": "growth model", "generate": "networks"}
 PAPER, GROUND, INK, FAINT = (246, 244, 239), (226, 221, 210), (40, 36, 32), (120, 113, 104)
 GAP, MARGIN, TITLE, FOOT = 10, 44, 34, 24  # pixels: around a tree, left, on top, below the ground
+LABEL = 140  # pixels of the widest label: no column is narrower
 DISTANCE = 100  # metres from the root to the camera
 
 
@@ -191,7 +192,9 @@ def main():
         columns = {}
         for species in args.species:
             here = [t for (name, _, _), t in trees.items() if name == species]
-            columns[species] = (min(t.left for t in here) - pad, max(t.right for t in here) + pad)
+            left, right = min(t.left for t in here) - pad, max(t.right for t in here) + pad
+            short = max(0, LABEL / scale - (right - left)) / 2
+            columns[species] = (left - short, right + short)
         widths = [round((right - left) * scale) for left, right in columns.values()]
         tall = round((high - low + 2 * pad) * scale)
         total = MARGIN + sum(widths) + GAP
