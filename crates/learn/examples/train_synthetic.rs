@@ -6,6 +6,8 @@
 #[path = "../tests/synthetic/mod.rs"]
 mod synthetic;
 
+use std::collections::BTreeMap;
+
 use deeptree_learn::{Kind, Silent, TrainError, TrainOptions, train};
 
 fn main() -> Result<(), TrainError> {
@@ -18,6 +20,7 @@ fn main() -> Result<(), TrainError> {
         let options = TrainOptions {
             epochs: argument(2, 4) as u32,
             steps_per_epoch: None,
+            networks: BTreeMap::new(),
             workers: argument(3, 2) as usize,
             ..TrainOptions::new(kind)
         };

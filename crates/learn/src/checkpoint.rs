@@ -1,6 +1,6 @@
 //! Checkpoints: a file for each network, rewritten after every epoch, and one for the settings.
 //!
-//! A network's file is a line of TOML tables' worth of header and the four arrays of its state:
+//! A network's file is a header, the four arrays of its state, and a hash:
 //!
 //! | bytes | what |
 //! |---|---|

@@ -78,7 +78,13 @@ fn ends(tree: &BranchGraph, existence: &Mlp, by_order: &mut BTreeMap<u16, (f64, 
 #[test]
 fn situated_networks_find_the_law_of_the_trees() {
     let set = synthetic::set(300);
-    let model = run(&set, &TrainOptions { epochs: 4, ..TrainOptions::new(Kind::Situated) });
+    let options = TrainOptions {
+        epochs: 4,
+        steps_per_epoch: None,
+        networks: BTreeMap::new(),
+        ..TrainOptions::new(Kind::Situated)
+    };
+    let model = run(&set, &options);
     let weights = weights(&model);
     assert_eq!((weights.kind(), weights.species()), (ModelKind::Situated, &set.species[..]));
 
