@@ -80,6 +80,8 @@ pub enum GenerateError {
          train a model on a corpus that has it"
     )]
     OutOfRange { species: String, what: &'static str, value: f32, low: f32, high: f32 },
+    #[error("the model gives node {node} a child that is not finite; train or get the model again")]
+    Diverged { node: usize },
     #[error("the budget is 0 nodes; a tree has at least its root")]
     NoBudget,
 }
@@ -156,7 +158,8 @@ fn check_range(
 ///
 /// # Errors
 ///
-/// When the germ's species is not one of the model's, or the budget is 0.
+/// When the germ's species is not one of the model's, the budget is 0, or the model's numbers
+/// overflow.
 ///
 /// # Source
 ///
@@ -206,6 +209,9 @@ pub fn regenerate(
             .collect();
         model.branchlets(&frontier, work, &mut branchlets);
         for (id, branchlet) in (next..end).zip(&branchlets) {
+            if !branchlet.iter().flatten().all(is_finite) {
+                return Err(GenerateError::Diverged { node: id });
+            }
             if tree.len() + count(branchlet) > limits.budget {
                 hit_budget = true;
                 break;
@@ -221,4 +227,8 @@ pub fn regenerate(
 
 fn count(branchlet: &[Option<ChildSignature>]) -> usize {
     branchlet.iter().flatten().count()
+}
+
+fn is_finite(child: &ChildSignature) -> bool {
+    child.rotation.is_finite() && child.length.is_finite() && child.thickness.is_finite()
 }

@@ -62,6 +62,10 @@ impl Situated {
             |name, width| weights.table(name, &[Some(species), Some(MAX_CHILDREN), Some(width)]);
         let (means, scales) = (per_slot("rotation_mean", 4)?, per_slot("rotation_scale", 3)?);
         roots::check_positive("rotation_scale", scales.values())?;
+        let norm = |q: &[f32]| q.iter().map(|x| x * x).sum::<f32>();
+        if let Some(row) = means.values().chunks(4).position(|q| (norm(q) - 1.0).abs() > 1e-3) {
+            return Err(ReadWeightsError::NotUnit { tensor: "rotation_mean".to_owned(), row });
+        }
         let slots = (0..species)
             .map(|s| {
                 std::array::from_fn(|slot| Slot {

@@ -42,7 +42,7 @@ pub enum ReadWeightsError {
     Shape { tensor: String, shape: Vec<usize>, expected: Vec<Option<usize>> },
     #[error("tensor `{tensor}`: value {index} is {value}; it must be above 0")]
     NotPositive { tensor: String, index: usize, value: f32 },
-    #[error("tensor `{tensor}`: row {row} does not start with a unit quaternion")]
+    #[error("tensor `{tensor}`: row {row} has no unit quaternion where one belongs")]
     NotUnit { tensor: String, row: usize },
     #[error("the model has no root of a `{species}` to start a tree from; train it again")]
     NoRoots { species: String },

@@ -1,0 +1,13 @@
+//! Model files: any bytes are an error or a model.
+#![no_main]
+
+use deeptree_infer::{Model, Predictor, Weights};
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    if let Ok(weights) = Weights::from_bytes(bytes)
+        && let Ok(model) = Model::from_weights(&weights)
+    {
+        assert!((0..model.species().len()).all(|species| !model.roots(species).is_empty()));
+    }
+});
