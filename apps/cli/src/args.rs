@@ -166,6 +166,9 @@ pub(crate) struct Train {
     /// Use only the first N training trees of each species.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) trees: Option<u32>,
+    /// Networks that train side by side, one thread each [default: one a core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) workers: Option<u16>,
     /// cpu, cuda or wgpu; the last two need a build with that feature.
     #[arg(long, default_value = "cpu", value_parser = ["cpu", "cuda", "wgpu"])]
     pub(crate) device: String,

@@ -62,6 +62,12 @@ impl<'a> Growth<'a> {
         self.thicken();
     }
 
+    /// Removes what the last cycle grew into the ground, as the next one would.
+    pub(crate) fn finish(&mut self) {
+        self.remove(|_, internode| internode.base.y < 0.0);
+        self.thicken();
+    }
+
     /// ρ of each internode, the crown's centre, and the longest path.
     fn measure_from_the_root(&mut self) {
         let mut sum = Vec3::ZERO;

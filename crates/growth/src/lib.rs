@@ -86,6 +86,7 @@ pub fn grow_in(
             break;
         }
     }
+    growth.finish();
     let info = TreeInfo {
         species: species.to_owned(),
         age,

@@ -90,6 +90,9 @@ mod training {
         if let Some(samples) = verb.samples {
             options.steps_per_epoch = Some(samples.div_ceil(options.batch as u64));
         }
+        if let Some(workers) = verb.workers {
+            options.workers = usize::from(workers);
+        }
         options.device = match verb.device.as_str() {
             "cuda" => Processor::Cuda,
             "wgpu" => Processor::Wgpu,

@@ -1,0 +1,109 @@
+//! Bad input: one line, an exit code that is not 0, no panic, no file left.
+
+mod common;
+
+use common::Desk;
+
+const FAILED: i32 = 1;
+const USAGE: i32 = 2;
+
+#[test]
+fn an_unknown_species_is_told_the_nearest_name() {
+    let desk = Desk::new();
+    for verb in ["generate", "grow"] {
+        desk.fails(&[verb, "waeping", "-o", "a.glb"], USAGE, "there is no species 'waeping'");
+        desk.fails(&[verb, "wilow", "-o", "a.glb"], USAGE, "did you mean willow?");
+    }
+    desk.fails(&["dataset", "--species", "oak,elm", "-o", "d"], USAGE, "'elm'");
+    desk.fails(&["dataset", "--species", "oak,oak", "-o", "d"], USAGE, "named twice");
+    desk.fails(&["evaluate", "--species", "mapel", "-o", "d"], USAGE, "did you mean maple?");
+}
+
+#[test]
+fn numbers_that_cannot_be_are_refused() {
+    let desk = Desk::new();
+    for verb in ["generate", "grow"] {
+        desk.fails(&[verb, "oak", "--count", "0", "-o", "a.csv"], USAGE, "--count");
+        desk.fails(&[verb, "oak", "--seed", "-1", "-o", "a.glb"], USAGE, "--seed");
+        desk.fails(&[verb, "oak", "--gravitropism", "NaN", "-o", "a.glb"], USAGE, "finite");
+        desk.fails(&[verb, "oak", "--lod", "9", "-o", "a.glb"], USAGE, "--lod");
+    }
+    desk.fails(&["grow", "oak", "--gravitropism", "7", "-o", "a.glb"], USAGE, "between -1 and 1");
+    desk.fails(&["grow", "oak", "--age", "3.5", "-o", "a.glb"], USAGE, "whole number");
+    desk.fails(&["generate", "oak", "--age", "3", "-o", "a.glb"], FAILED, "age");
+    desk.fails(&["generate", "oak", "--budget", "0", "-o", "a.glb"], USAGE, "--budget");
+    desk.fails(&["generate", "oak", "--simd", "mmx", "-o", "a.glb"], USAGE, "mmx");
+}
+
+#[test]
+fn outputs_that_cannot_be_are_refused() {
+    let desk = Desk::new();
+    desk.fails(&["generate", "oak", "-o", "tree.xyz123"], USAGE, ".xyz123");
+    desk.fails(&["generate", "oak", "--count", "3", "-o", "a.glb"], USAGE, "name a folder");
+    desk.fails(&["generate", "oak", "--format", "obj", "-o", "a.glb"], USAGE, "is no .obj file");
+    desk.fails(&["generate", "oak", "-o", "missing/a.glb"], FAILED, "missing/a.glb");
+    desk.fails(&["grow", "oak", "-o", "a.dtree"], USAGE, "only generate");
+    desk.fails(&["generate", "oak"], USAGE, "--output");
+    desk.fails(&["plant", "oak"], USAGE, "plant");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_and_a_folder_without_leave_are_told() {
+    let desk = Desk::new();
+    for format in ["glb", "csv", "parquet", "obj", "tree", "dtree"] {
+        let words = ["generate", "oak", "--format", format, "-o", "/dev/full"];
+        desk.fails(&words, FAILED, "/dev/full");
+    }
+    desk.fails(&["generate", "oak", "-o", "/proc/a.glb"], FAILED, "/proc/a.glb");
+    desk.fails(&["dataset", "--trees", "1", "-o", "/proc/corpus"], FAILED, "/proc/corpus");
+}
+
+#[test]
+fn damaged_files_are_told_from_trees() {
+    let desk = Desk::new();
+    let noise: Vec<u8> =
+        (0..5000u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
+    for name in ["noise.tree", "noise.csv", "noise.parquet", "noise.dtree", "noise.safetensors"] {
+        std::fs::write(desk.path(name), &noise).unwrap();
+        desk.fails(&["info", name], FAILED, name);
+    }
+    desk.fails(&["convert", "noise.tree", "a.glb"], FAILED, "noise.tree");
+    desk.fails(&["convert", "absent.csv", "a.glb"], FAILED, "absent.csv");
+    desk.fails(&["convert", "noise.xyz", "a.glb"], USAGE, ".xyz");
+    desk.fails(
+        &["generate", "oak", "--model", "noise.safetensors", "-o", "a.glb"],
+        FAILED,
+        "noise",
+    );
+    desk.fails(&["generate", "oak", "--model", "absent", "-o", "a.glb"], FAILED, "absent");
+}
+
+#[test]
+fn a_truncated_model_is_refused_at_any_length() {
+    let desk = Desk::new();
+    let model = include_bytes!("../../../models/situated.safetensors");
+    for part in [0, 1, 7, 8, 100, 5_000, model.len() / 2, model.len() - 1] {
+        std::fs::write(desk.path("cut.safetensors"), &model[..part]).unwrap();
+        desk.fails(
+            &["generate", "oak", "--model", "cut.safetensors", "-o", "a.glb"],
+            FAILED,
+            "cut",
+        );
+    }
+}
+
+#[test]
+fn tables_that_are_no_trees_name_the_row() {
+    let desk = Desk::new();
+    let table = |rows: &str| format!("tree,id,parent,x,y,z,radius\n{rows}");
+    for (rows, part) in [
+        ("0,0,-1,0,1,0,0.1\n0,1,9,0,2,0,0.1\n", "row 2: its parent 9"),
+        ("0,0,-1,0,1,0,0.1\n0,1,-1,0,2,0,0.1\n", "row 2: a second root"),
+        ("0,0,-1,0,1,0,0.1\n0,1,0,0,NaN,0,0.1\n", "row 2: y is NaN"),
+        ("0,0,-1,0,1,0,0.1\n0,1,2,0,2,0,0.1\n0,2,1,0,3,0,0.1\n", "row 2: it is its own ancestor"),
+    ] {
+        std::fs::write(desk.path("bad.csv"), table(rows)).unwrap();
+        desk.fails(&["convert", "bad.csv", "a.glb"], FAILED, part);
+    }
+}
