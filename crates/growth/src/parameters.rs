@@ -142,6 +142,22 @@ pub fn find(key: &str) -> Option<&'static Parameter> {
     TABLE.iter().find(|row| row.key == key)
 }
 
+/// [`TABLE`] as the Markdown of `docs/parameters.md`.
+#[must_use]
+pub fn markdown() -> String {
+    let mut out = "# Parameters of the growth model\n\n\
+        Made from the table in `crates/growth/src/parameters.rs` by\n\
+        `cargo run -p deeptree-growth --example parameters > docs/parameters.md`.\n\n\
+        | symbol | key | unit | range | default | meaning |\n|---|---|---|---|---|---|\n"
+        .to_owned();
+    for row in TABLE {
+        let Parameter { key, symbol, unit, min, max, default, meaning, .. } = row;
+        out +=
+            &format!("| {symbol} | `{key}` | {unit} | {min} to {max} | {default} | {meaning} |\n");
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -154,6 +170,12 @@ mod tests {
             "G_NLB G_AAM G_AAV G_BAM G_BAV G_RAM G_RAV F_AKP F_LKP F_ALF F_LLF F_ADB F_ADF F_AAF \
              F_GR F_ILB F_ACB E_PHO E_GGB E_PPF E_LPF E_GBS E_GAF t"
         );
+    }
+
+    #[test]
+    fn the_document_is_the_table() {
+        let document = include_str!("../../../docs/parameters.md");
+        assert!(document == markdown(), "make docs/parameters.md again; its head says how");
     }
 
     #[test]

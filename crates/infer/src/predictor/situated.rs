@@ -32,6 +32,10 @@ struct Slot {
     scale: Vec3,
 }
 
+/// How often the rotation of a child that would end below the ground is drawn, before the branch
+/// ends there. The teacher has no node below the ground, and the learner seldom proposes one.
+const ATTEMPTS: u64 = 8;
+
 /// A node of the frontier on its way to a branchlet.
 #[derive(Clone, Copy)]
 struct Draft {
@@ -212,21 +216,41 @@ impl Situated {
         );
         for (&i, outputs) in having.iter().zip(outputs.chunks_exact(ROTATION_OUTPUTS)) {
             let draft = &mut drafts[i];
-            let Active { lineage, seed, tree, .. } = frontier[draft.row];
-            let lineage = lineage.child(slot as u8);
-            let turn = sampling::turn(outputs, &mut seed.draws(lineage, Purpose::ChildRotation));
+            let active = &frontier[draft.row];
             let tips = draft.child_tips[slot];
+            let (turn, child) = self.place_child(slot, active, tips, outputs);
             draft.siblings[slot] = Some(Sibling { tips, turn });
-            let Slot { mean, scale } = self.slots[tree.species][slot];
-            branchlets[draft.row][slot] = Some(ChildSignature {
-                rotation: situated::rotation_of(turn, mean, scale),
-                thickness: thickness_of(tips, tree.tip_radius),
-                length: sampling::quantile(
-                    self.length_quantiles.row(tree.species),
-                    &mut seed.draws(lineage, Purpose::ChildLength),
-                ),
-            });
+            branchlets[draft.row][slot] = child;
         }
+    }
+
+    /// The child in `slot` with its turn; none when every attempt ends below the ground.
+    fn place_child(
+        &self,
+        slot: usize,
+        active: &Active<'_>,
+        tips: u32,
+        outputs: &[f32],
+    ) -> (Vec3, Option<ChildSignature>) {
+        let Active { node, lineage, seed, tree } = active;
+        let lineage = lineage.child(slot as u8);
+        let Slot { mean, scale } = self.slots[tree.species][slot];
+        let length = sampling::quantile(
+            self.length_quantiles.row(tree.species),
+            &mut seed.draws(lineage, Purpose::ChildLength),
+        );
+        let mut turn = Vec3::ZERO;
+        for attempt in 0..ATTEMPTS {
+            let mut draws = seed.draws(lineage, Purpose::ChildRotation).at(attempt);
+            turn = sampling::turn(outputs, &mut draws);
+            let rotation = situated::rotation_of(turn, mean, scale);
+            let front = node.orientation * (rotation * Vec3::NEG_Z);
+            if node.position.y + length * front.y >= 0.0 {
+                let thickness = thickness_of(tips, tree.tip_radius);
+                return (turn, Some(ChildSignature { rotation, thickness, length }));
+            }
+        }
+        (turn, None)
     }
 }
 
