@@ -26,10 +26,6 @@ pub enum TrainError {
         "{part} tree {tree}, node {node}: thickness {thickness}; it must be above 0 and finite"
     )]
     Thickness { part: &'static str, tree: usize, node: usize, thickness: f32 },
-    #[error(
-        "network {network} has no training sample; the training trees are too few or too small"
-    )]
-    NoSamples { network: String },
     #[error("option `{option}` is {value}; it must be {expected}")]
     Option { option: String, value: String, expected: &'static str },
     #[error("this build cannot train on {processor}; build with the feature `{processor}`")]

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use deeptree_graph::Seed;
-use deeptree_infer::{ReadWeightsError, Table, Weights, WeightsBuilder};
+use deeptree_infer::{Model, ReadWeightsError, Table, Weights, WeightsBuilder};
 
 use crate::checkpoint;
 use crate::report::Report;
@@ -67,6 +67,8 @@ pub fn train(
     let run = Run { set, options, train: lesson(&train), validation: lesson(&validation) };
     let networks = run.networks(checkpoints, progress)?;
     let weights = run.weights(&networks, &tip_radius)?;
+    // What is written must be what inference reads.
+    Model::from_bytes(&weights)?;
     let report = run.report(&networks, &weights)?;
     Ok(TrainedModel { weights, report })
 }

@@ -26,7 +26,8 @@ impl From<Kind> for ModelKind {
     }
 }
 
-/// How to train a model. All but `device` and `workers` decide what comes out.
+/// How to train a model. All but `workers` decide what comes out; on another `device` the last bits
+/// differ, so a checkpoint is of one device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainOptions {

@@ -158,8 +158,9 @@ impl<'a> Lesson<'a> {
             (Network::Split, _) => Box::new(split::Split::new(self)),
             (Network::Classifier, _) => Box::new(classifier::Classifier::new(self)),
             (Network::Regressor(slot), _) => Box::new(regressor::Regressor::new(self, slot)),
-            (Network::Existence | Network::Rotation(_), _) => {
-                Box::new(existence::Existence::new(self))
+            (Network::Existence, _) => Box::new(existence::Existence::new(self)),
+            (Network::Rotation(_), None) => {
+                unreachable!("kind `situated`, which has these networks, has their tables")
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use burn::tensor::Tensor;
 use deeptree_graph::signature::paper::{self, CHILD_LEN};
-use deeptree_graph::{ChildSignature, Draws, Node, Quat};
+use deeptree_graph::{ChildSignature, Draws, Node};
 
 use super::classifier::disturb_position;
 use super::{Lesson, Task};
@@ -29,12 +29,13 @@ impl<'a> Regressor<'a> {
     }
 }
 
-/// The output signature of a child. Of the two quaternions of its rotation, the one with w ≥ 0:
-/// the cosine loss tells them apart.
+/// The output signature of a child, its quaternion with the sign it has in the graph.
+///
+/// The cosine loss tells q from −q. The growth model composes the rotations of a slot in the same
+/// way each time, so its signs agree; choosing by the sign of w would tear slot 2 apart, where w is
+/// near 0.
 fn signature(child: &Node) -> ChildSignature {
-    let q = child.rotation;
-    let rotation = if q.w < 0.0 { Quat::from_xyzw(-q.x, -q.y, -q.z, -q.w) } else { q };
-    ChildSignature { rotation, thickness: child.thickness, length: child.length }
+    ChildSignature { rotation: child.rotation, thickness: child.thickness, length: child.length }
 }
 
 impl Task for Regressor<'_> {
