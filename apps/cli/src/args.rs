@@ -157,7 +157,7 @@ pub(crate) struct Train {
     /// Seed of the weights and of the order of the samples.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     pub(crate) seed: u64,
-    /// Epochs [default: what the kind needs].
+    /// Epochs of every network [default: what each needs].
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) epochs: Option<u32>,
     /// Samples an epoch looks at [default: what the kind needs].
@@ -188,6 +188,9 @@ pub(crate) struct Evaluate {
     /// Seed of the first tree; the default is far from the seeds of a corpus.
     #[arg(long, default_value_t = 1_000_000, allow_negative_numbers = true)]
     pub(crate) seed: u64,
+    /// The numbers of the species, for the procedural model.
+    #[arg(long, default_value = "reference", value_parser = profile)]
+    pub(crate) profile: Profile,
     /// Which side to measure: both, the procedural model (p) or the networks (dt).
     #[arg(long, default_value = "both", value_parser = ["both", "p", "dt"])]
     pub(crate) side: String,

@@ -1,5 +1,7 @@
 //! Many trees on all threads, handed on in order.
 
+use std::time::{Duration, Instant};
+
 use anyhow::{Context, Result};
 use deeptree_generate::Germ;
 use deeptree_graph::BranchGraph;
@@ -11,13 +13,16 @@ const CHUNK: u64 = 64;
 /// A tree that was made.
 pub(crate) struct Made {
     pub(crate) seed: u64,
+    /// Its number in a table.
+    pub(crate) number: u32,
     pub(crate) tree: BranchGraph,
     /// What it grew from, for a tree of the networks.
     pub(crate) germ: Option<Germ>,
     pub(crate) hit_budget: bool,
 }
 
-/// Makes the trees of `count` seeds from `first` on and hands them to `take` in their order.
+/// Makes something of each of `count` seeds from `first` on, on all threads, and hands it to `take`
+/// in the order of the seeds, with its number and the time it took.
 ///
 /// `worker` is what each thread works with.
 pub(crate) fn make<W, T: Send>(
@@ -25,20 +30,25 @@ pub(crate) fn make<W, T: Send>(
     count: u64,
     worker: impl Fn() -> Result<W> + Sync,
     one: impl Fn(&mut W, u64) -> Result<T> + Sync,
-    mut take: impl FnMut(T) -> Result<()>,
+    mut take: impl FnMut(u64, T, Duration) -> Result<()>,
 ) -> Result<()> {
     let mut done = 0;
     while done < count {
         let end = count.min(done + CHUNK);
-        let made: Vec<Result<T>> = (done..end)
+        let made: Vec<Result<(T, Duration)>> = (done..end)
             .into_par_iter()
             .map_init(&worker, |worker, k| match worker {
-                Ok(worker) => one(worker, first.wrapping_add(k)),
+                Ok(worker) => {
+                    let start = Instant::now();
+                    let made = one(worker, first.wrapping_add(k))?;
+                    Ok((made, start.elapsed()))
+                }
                 Err(error) => Err(anyhow::anyhow!("{error:#}")),
             })
             .collect();
-        for made in made {
-            take(made?)?;
+        for (k, made) in (done..end).zip(made) {
+            let (made, took) = made?;
+            take(k, made, took)?;
         }
         done = end;
     }

@@ -28,11 +28,11 @@ pub(crate) fn read(
     match format {
         Some(Format::Tree) => {
             let tree = tree_format::read(&bytes()?, unknown()).with_context(wrong)?;
-            take(0, made(tree))?;
+            take(0, made(0, tree))?;
         }
         Some(Format::Csv) => {
             for (number, tree) in csv::read(&bytes()?, &unknown()).with_context(wrong)? {
-                if !take(number, made(tree))? {
+                if !take(number, made(number, tree))? {
                     break;
                 }
             }
@@ -42,7 +42,7 @@ pub(crate) fn read(
                 fs::File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
             for tree in TableReader::new(file, unknown()).with_context(wrong)? {
                 let (number, tree) = tree.with_context(wrong)?;
-                if !take(number, made(tree))? {
+                if !take(number, made(number, tree))? {
                     break;
                 }
             }
@@ -59,8 +59,8 @@ pub(crate) fn read(
     Ok(())
 }
 
-fn made(tree: BranchGraph) -> Made {
-    Made { seed: tree.info.seed, tree, germ: None, hit_budget: false }
+fn made(number: u32, tree: BranchGraph) -> Made {
+    Made { seed: tree.info.seed, number, tree, germ: None, hit_budget: false }
 }
 
 /// Grows the tree of a seed file with the model it names.
@@ -82,5 +82,11 @@ fn regrow(file: &SeedFile, choice: &ModelChoice) -> Result<Made> {
         },
     };
     let grown = regenerate(&model, germ, Limits::default(), &mut choice.workspace()?)?;
-    Ok(Made { seed: file.seed, tree: grown.tree, germ: Some(germ), hit_budget: grown.hit_budget })
+    Ok(Made {
+        seed: file.seed,
+        number: 0,
+        tree: grown.tree,
+        germ: Some(germ),
+        hit_budget: grown.hit_budget,
+    })
 }

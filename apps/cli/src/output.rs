@@ -3,7 +3,7 @@
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use deeptree_export::tables::{TableMeta, TableWriter};
 use deeptree_export::{glb, obj, ply, write_atomically};
 use deeptree_graph::codec::csv::CsvWriter;
@@ -29,7 +29,7 @@ pub(crate) struct Target {
 impl Target {
     /// Decides what `path` means for `count` trees.
     pub(crate) fn new(path: &Path, format: Option<Format>, count: u64, lod: u8) -> Result<Self> {
-        let named = if is_stdout(path) { None } else { Format::of_path(path)? };
+        let named = if is_stdout(path) || path.is_dir() { None } else { Format::of_path(path)? };
         let format = match (named, format) {
             (Some(named), Some(asked)) if named != asked => bail!(UsageError(format!(
                 "{} is no .{} file; leave --format out or rename the output",
@@ -96,25 +96,15 @@ impl Target {
         make: impl FnOnce(&mut dyn FnMut(&Made) -> Result<()>) -> Result<()>,
         out: &mut (impl Write + Send),
     ) -> Result<()> {
-        let mut number = 0;
         match self.format {
             Format::Csv => {
                 let mut table = CsvWriter::new(out)?;
-                make(&mut |made| {
-                    table.write(number, &made.tree)?;
-                    number += 1;
-                    Ok(())
-                })?;
+                make(&mut |made| Ok(table.write(made.number, &made.tree)?))?;
                 table.finish()?;
             }
             Format::Parquet => {
-                let meta = TableMeta { model: self.model.map(hex) };
-                let mut table = TableWriter::new(out, &meta)?;
-                make(&mut |made| {
-                    table.write(number, &made.tree)?;
-                    number += 1;
-                    Ok(())
-                })?;
+                let mut table = TableWriter::new(out, &TableMeta { model: self.model.map(hex) })?;
+                make(&mut |made| Ok(table.write(made.number, &made.tree)?))?;
                 table.finish()?;
             }
             _ => make(&mut |made| self.write_one(made, &mut *out))?,
@@ -130,16 +120,7 @@ impl Target {
             Format::Obj => obj::write(&mesh(), &tree.info, out)?,
             Format::Ply => ply::write(&mesh(), &tree.info, out)?,
             Format::Tree => tree_format::write(out, tree)?,
-            Format::Csv => {
-                let mut table = CsvWriter::new(out)?;
-                table.write(0, tree)?;
-                table.finish()?;
-            }
-            Format::Parquet => {
-                let mut table = TableWriter::new(out, &TableMeta { model: self.model.map(hex) })?;
-                table.write(0, tree)?;
-                table.finish()?;
-            }
+            Format::Csv | Format::Parquet => self.write_all(|take| take(made), out)?,
             Format::Dtree => out.write_all(&self.seed_file(made)?.to_bytes())?,
         }
         Ok(())
@@ -147,10 +128,13 @@ impl Target {
 
     fn seed_file(&self, made: &Made) -> Result<SeedFile> {
         let (Some(model), Some(germ)) = (self.model, made.germ) else {
-            bail!(UsageError(
-                "a .dtree file is a seed of the networks; only generate writes one".to_owned()
-            ));
+            bail!(seed_files_are_generated());
         };
+        ensure!(
+            !made.hit_budget,
+            "the tree of seed {} was cut off by its budget; a .dtree file always means a whole tree",
+            made.seed
+        );
         Ok(SeedFile {
             model,
             species: u8::try_from(germ.species).context("a .dtree file numbers 256 species")?,
@@ -169,4 +153,9 @@ pub(crate) fn is_stdout(path: &Path) -> bool {
 /// Bytes as hexadecimal digits.
 pub(crate) fn hex(bytes: [u8; 16]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Why only `generate` writes `.dtree` files.
+pub(crate) fn seed_files_are_generated() -> UsageError {
+    UsageError("a .dtree file is a seed of the networks; only generate writes one".to_owned())
 }

@@ -6,5 +6,5 @@ mod metrics;
 pub mod published;
 mod table;
 
-pub use metrics::{Metric, Moments, TreeMetrics};
+pub use metrics::{METRICS, Metric, Moments, TreeMetrics};
 pub use table::{Row, Table};

@@ -1,7 +1,8 @@
 //! The metrics of the paper's appendix, and the moments they are reported as.
 
 use deeptree_graph::{BranchGraph, Vec3, branches, chains};
-use serde::Serialize;
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
 
 /// A row of the paper's evaluation table.
 ///
@@ -25,11 +26,16 @@ pub enum Metric {
     AngleChild2,
     /// The same for the third child.
     AngleChild3,
+    /// Children of each node, ends included. Of a whole tree its mean is (N − 1) / N; not published.
+    NodeNumberWithEnds,
 }
 
+/// How many metrics there are.
+pub const METRICS: usize = Metric::ALL.len();
+
 impl Metric {
-    /// All metrics, in the order of the published table.
-    pub const ALL: [Self; 7] = [
+    /// All metrics, in the order of the published table; the last is not in it.
+    pub const ALL: [Self; 8] = [
         Self::BranchLength,
         Self::BranchNumber,
         Self::BranchingDistance,
@@ -37,6 +43,7 @@ impl Metric {
         Self::AngleChild1,
         Self::AngleChild2,
         Self::AngleChild3,
+        Self::NodeNumberWithEnds,
     ];
 
     /// The abbreviation used in tables.
@@ -50,6 +57,7 @@ impl Metric {
             Self::AngleChild1 => "A1",
             Self::AngleChild2 => "A2",
             Self::AngleChild3 => "A3",
+            Self::NodeNumberWithEnds => "NN0",
         }
     }
 }
@@ -57,7 +65,7 @@ impl Metric {
 /// Count, mean and variance of a stream of samples, without keeping them.
 ///
 /// Welford's recurrence; two streams merge after Chan, Golub and LeVeque 1979.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
     /// How many samples.
     pub count: u64,
@@ -96,6 +104,16 @@ impl Moments {
     }
 }
 
+impl Serialize for Moments {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut fields = serializer.serialize_struct("Moments", 3)?;
+        fields.serialize_field("count", &self.count)?;
+        fields.serialize_field("mean", &self.mean)?;
+        fields.serialize_field("sd", &self.sd())?;
+        fields.end()
+    }
+}
+
 impl Extend<f64> for Moments {
     fn extend<T: IntoIterator<Item = f64>>(&mut self, samples: T) {
         samples.into_iter().for_each(|x| self.add(x));
@@ -103,12 +121,12 @@ impl Extend<f64> for Moments {
 }
 
 /// The metrics of one tree, ready to be pooled.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TreeMetrics {
     /// Nodes of the tree.
     pub nodes: u64,
     /// Moments of each of [`Metric::ALL`].
-    pub moments: [Moments; 7],
+    pub moments: [Moments; METRICS],
 }
 
 impl TreeMetrics {
@@ -116,12 +134,14 @@ impl TreeMetrics {
     #[must_use]
     pub fn of(tree: &BranchGraph) -> Self {
         let mut metrics = Self { nodes: tree.len() as u64, ..Self::default() };
-        let [bl, bn, bd, nn, angles @ ..] = &mut metrics.moments;
+        let [bl, bn, bd, nn, a1, a2, a3, all] = &mut metrics.moments;
+        let angles = [a1, a2, a3];
         let branches = branches(tree);
         bn.add(branches.len() as f64);
         bl.extend(branches.iter().map(|branch| f64::from(branch.length(tree))));
         bd.extend(chains(tree).iter().map(|chain| f64::from(chain.length(tree))));
         for node in tree.nodes() {
+            all.add(f64::from(node.child_count()));
             if node.child_count() > 0 {
                 nn.add(f64::from(node.child_count()));
             }
@@ -176,6 +196,7 @@ mod tests {
         assert!((mean(Metric::BranchLength) - 1.5).abs() < 1e-6);
         assert!((mean(Metric::BranchingDistance) - 4.5 / 4.0).abs() < 1e-6);
         assert!((mean(Metric::NodeNumber) - 5.0 / 3.0).abs() < 1e-12);
+        assert!((mean(Metric::NodeNumberWithEnds) - 5.0 / 6.0).abs() < 1e-12);
         assert!((mean(Metric::AngleChild1).to_degrees() - 10.0 / 3.0).abs() < 1e-3);
         assert!((mean(Metric::AngleChild2).to_degrees() - 30.0).abs() < 1e-3);
         assert!((mean(Metric::AngleChild3).to_degrees() - 60.0).abs() < 1e-3);

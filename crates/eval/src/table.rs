@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use serde::Serialize;
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 
-use crate::metrics::{Metric, Moments, TreeMetrics};
+use crate::metrics::{METRICS, Metric, Moments, TreeMetrics};
 use crate::published;
 
 /// The pooled metrics of one set of trees of one species.
@@ -21,7 +22,20 @@ pub struct Row {
     /// Nodes of each tree.
     pub nodes: Moments,
     /// Moments of each of [`Metric::ALL`].
-    pub moments: [Moments; 7],
+    #[serde(rename = "metrics", serialize_with = "by_symbol")]
+    pub moments: [Moments; METRICS],
+}
+
+/// Metrics under their symbols.
+fn by_symbol<S: Serializer>(
+    moments: &[Moments; METRICS],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let mut map = serializer.serialize_map(Some(METRICS))?;
+    for (metric, moments) in Metric::ALL.iter().zip(moments) {
+        map.serialize_entry(metric.symbol(), moments)?;
+    }
+    map.end()
 }
 
 impl Row {
@@ -42,6 +56,31 @@ impl Row {
     }
 }
 
+impl Row {
+    /// The row in words, each metric beside what the paper printed for the species.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut out =
+            format!("{}: {} trees, {} nodes each\n", self.species, self.trees, cell(&self.nodes));
+        let published = published::find(&self.species);
+        for (metric, moments) in Metric::ALL.into_iter().zip(&self.moments) {
+            let _ = write!(out, "  {:<4} {:>17}", metric.symbol(), cell(moments));
+            let printed = |row: &published::PublishedSpecies| {
+                Some([*row.p.get(metric as usize)?, *row.dt.get(metric as usize)?])
+            };
+            if let Some([p, dt]) = published.and_then(printed) {
+                let (p, dt) = (pair_cell(p.0, p.1), pair_cell(dt.0, dt.1));
+                let _ = write!(out, "   published: P {p}, DT {dt}");
+            }
+            out.push('\n');
+        }
+        out
+    }
+}
+
+/// The species of the rows that pool all.
+const TOTAL: &str = "total";
+
 /// Rows of several species and sets, in the order they were measured.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Table {
@@ -50,6 +89,24 @@ pub struct Table {
 }
 
 impl Table {
+    /// Adds a row `total` for each set: the trees of all species together.
+    pub fn add_totals(&mut self) {
+        for set in ["P", "DT"] {
+            let mut total = Row::new(TOTAL, set);
+            for row in self.rows.iter().filter(|row| row.set == set) {
+                total.trees += row.trees;
+                total.hit_budget += row.hit_budget;
+                total.nodes.merge(&row.nodes);
+                for (all, one) in total.moments.iter_mut().zip(&row.moments) {
+                    all.merge(one);
+                }
+            }
+            if total.trees > 0 {
+                self.rows.push(total);
+            }
+        }
+    }
+
     fn row(&self, species: &str, set: &str) -> Option<&Row> {
         self.rows.iter().find(|row| row.species == species && row.set == set)
     }
@@ -82,10 +139,11 @@ impl Table {
             }
             let nodes = |row: Option<&Row>| row.map_or("–".to_owned(), |row| cell(&row.nodes));
             let _ = writeln!(out, "  {:<4} {:>35} {:>44}", "N", nodes(p), nodes(dt));
-            if let Some(row) = dt {
+            for (set, row) in [("P", p), ("DT", dt)] {
+                let Some(row) = row else { continue };
                 let _ = writeln!(
                     out,
-                    "       {} of {} DT hit the node budget",
+                    "       {} of {} {set} hit the node budget",
                     row.hit_budget, row.trees
                 );
             }
@@ -100,7 +158,8 @@ impl Table {
         let printed =
             |pair: Option<(f64, f64)>| pair.map_or("–".to_owned(), |(m, s)| pair_cell(m, s));
         let measured = |m: Option<&Moments>| m.map_or("–".to_owned(), cell);
-        let published_p = published.map(|row| row.p[metric as usize]);
+        let published_p = published.and_then(|row| row.p.get(metric as usize).copied());
+        let published_dt = published.and_then(|row| row.dt.get(metric as usize).copied());
         let difference = |a: Option<f64>, b: Option<f64>| match (a, b) {
             (Some(a), Some(b)) => format!("{:+.1}%", 100.0 * (a - b) / b),
             _ => "–".to_owned(),
@@ -110,13 +169,14 @@ impl Table {
             printed(published_p),
             measured(p),
             difference(p.map(|m| m.mean), published_p.map(|pair| pair.0)),
-            printed(published.map(|row| row.dt[metric as usize])),
+            printed(published_dt),
             measured(dt),
             difference(dt.map(|m| m.mean), p.map(|m| m.mean)),
         )
     }
 
-    /// The table as CSV: one line a species, set and metric.
+    /// The table as CSV: one line a species, set and metric; the paper's as `P published` and
+    /// `DT published`, without counts.
     #[must_use]
     pub fn csv(&self) -> String {
         let mut out = "species,set,trees,hit_budget,metric,mean,sd,samples\n".to_owned();
@@ -127,6 +187,14 @@ impl Table {
                 let (mean, sd, n) = (m.mean, m.sd(), m.count);
                 let _ =
                     writeln!(out, "{species},{set},{trees},{hit_budget},{name},{mean},{sd},{n}");
+            }
+        }
+        for species in self.species() {
+            let Some(row) = published::find(species) else { continue };
+            for (set, values) in [("P published", row.p), ("DT published", row.dt)] {
+                for (metric, (mean, sd)) in Metric::ALL.iter().zip(values) {
+                    let _ = writeln!(out, "{species},{set},,,{},{mean},{sd},", metric.symbol());
+                }
             }
         }
         out

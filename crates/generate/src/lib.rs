@@ -6,9 +6,9 @@
 
 #![forbid(unsafe_code)]
 
-use deeptree_graph::signature::TreeConditions;
-use deeptree_graph::{BranchGraph, ChildSignature, Lineage, Purpose, Seed, TreeInfo, Vec3};
-use deeptree_infer::{Active, Predictor, Root, Workspace};
+use deeptree_graph::signature::{GROWTH_SPACE, TreeConditions};
+use deeptree_graph::{BranchGraph, Lineage, Purpose, Seed, TreeInfo, Vec3};
+use deeptree_infer::{Active, Branchlet, Predictor, Root, Workspace};
 
 /// Nodes a tree may have unless another budget is asked for.
 pub const DEFAULT_BUDGET: usize = 50_000;
@@ -24,7 +24,7 @@ pub struct Request {
     /// The seed of the tree.
     pub seed: Seed,
     /// a: age in growth cycles; as the training roots have it when none is given.
-    pub age: Option<f32>,
+    pub age: Option<u16>,
     /// v: gravitropism; likewise.
     pub gravitropism: Option<f32>,
 }
@@ -80,8 +80,10 @@ pub enum GenerateError {
          train a model on a corpus that has it"
     )]
     OutOfRange { species: String, what: &'static str, value: f32, low: f32, high: f32 },
-    #[error("the model gives node {node} a child that is not finite; train or get the model again")]
-    Diverged { node: usize },
+    #[error("the model's numbers overflow at node {node}; train it or get it again")]
+    Overflow { node: usize },
+    #[error("the root has {what} {value}; no tree starts from such a root")]
+    Root { what: &'static str, value: f32 },
     #[error("the budget is 0 nodes; a tree has at least its root")]
     NoBudget,
 }
@@ -114,12 +116,13 @@ pub fn germ(model: &impl Predictor, request: &Request) -> Result<Germ, GenerateE
         known: model.species().to_vec(),
     })?;
     let roots = model.roots(species);
-    check_range(request, "age", request.age, roots.iter().map(|root| root.age))?;
+    let age = request.age.map(f32::from);
+    check_range(request, "age", age, roots.iter().map(|root| root.age))?;
     let gravitropisms = roots.iter().map(|root| root.gravitropism);
     check_range(request, "gravitropism", request.gravitropism, gravitropisms)?;
 
     let distance = |root: &Root| {
-        let age = request.age.map_or(0.0, |age| (age - root.age).abs());
+        let age = age.map_or(0.0, |age| (age - root.age).abs());
         // One growth cycle weighs as much as a fortieth of the gravitropism.
         let gravitropism =
             request.gravitropism.map_or(0.0, |v| 40.0 * (v - root.gravitropism).abs());
@@ -129,7 +132,7 @@ pub fn germ(model: &impl Predictor, request: &Request) -> Result<Germ, GenerateE
     let candidates: Vec<&Root> = roots.iter().filter(|root| distance(root) <= nearest).collect();
     let mut draws = request.seed.draws(Lineage::ROOT, Purpose::RootSignature);
     let mut root = *candidates[draws.index(candidates.len())];
-    root.age = request.age.unwrap_or(root.age);
+    root.age = age.unwrap_or(root.age);
     root.gravitropism = request.gravitropism.unwrap_or(root.gravitropism);
     Ok(Germ { species, seed: request.seed, root })
 }
@@ -158,8 +161,8 @@ fn check_range(
 ///
 /// # Errors
 ///
-/// When the germ's species is not one of the model's, the budget is 0, or the model's numbers
-/// overflow.
+/// When the germ's species is not one of the model's, its root no root of a tree, the budget 0, or
+/// the model's numbers overflow.
 ///
 /// # Source
 ///
@@ -179,6 +182,7 @@ pub fn regenerate(
     if limits.budget == 0 {
         return Err(GenerateError::NoBudget);
     }
+    check_root(&germ.root)?;
     let info = TreeInfo {
         species: name.clone(),
         age: germ.root.age as u32,
@@ -199,36 +203,57 @@ pub fn regenerate(
     let mut hit_budget = false;
     while next < tree.len() && !hit_budget {
         let end = tree.len().min(next + limits.batch.max(1));
-        let frontier: Vec<Active<'_>> = (next..end)
-            .map(|id| Active {
-                node: &tree.nodes()[id],
-                lineage: lineages[id],
-                seed: germ.seed,
-                tree: conditions,
-            })
-            .collect();
-        model.branchlets(&frontier, work, &mut branchlets);
-        for (id, branchlet) in (next..end).zip(&branchlets) {
-            if !branchlet.iter().flatten().all(is_finite) {
-                return Err(GenerateError::Diverged { node: id });
-            }
-            if tree.len() + count(branchlet) > limits.budget {
-                hit_budget = true;
-                break;
-            }
-            let ids = tree.grow(id as u32, *branchlet);
-            let children = (0u8..).zip(ids).filter(|(_, child)| child.is_some());
-            lineages.extend(children.map(|(slot, _)| lineages[id].child(slot)).collect::<Vec<_>>());
-        }
+        let active = |id: usize| Active {
+            node: &tree.nodes()[id],
+            lineage: lineages[id],
+            seed: germ.seed,
+            tree: conditions,
+        };
+        let frontier: Vec<Active<'_>> = (next..end).map(active).collect();
+        model
+            .branchlets(&frontier, work, &mut branchlets)
+            .map_err(|overflow| GenerateError::Overflow { node: next + overflow.row })?;
+        hit_budget = add(&mut tree, &mut lineages, next, &branchlets, limits.budget);
         next = end;
     }
     Ok(Generated { tree, germ, hit_budget })
 }
 
-fn count(branchlet: &[Option<ChildSignature>]) -> usize {
-    branchlet.iter().flatten().count()
+/// Adds the branchlets of the nodes from `first` on; true when the budget stopped it.
+fn add(
+    tree: &mut BranchGraph,
+    lineages: &mut Vec<Lineage>,
+    first: usize,
+    branchlets: &[Branchlet],
+    budget: usize,
+) -> bool {
+    for (id, branchlet) in (first..).zip(branchlets) {
+        if tree.len() + branchlet.iter().flatten().count() > budget {
+            return true;
+        }
+        let ids = tree.grow(id as u32, *branchlet);
+        for (slot, child) in (0u8..).zip(ids) {
+            if child.is_some() {
+                lineages.push(lineages[id].child(slot));
+            }
+        }
+    }
+    false
 }
 
-fn is_finite(child: &ChildSignature) -> bool {
-    child.rotation.is_finite() && child.length.is_finite() && child.thickness.is_finite()
+/// Refuses roots that no tree starts from, as damaged files can hold.
+fn check_root(root: &Root) -> Result<(), GenerateError> {
+    let Root { signature, age, gravitropism } = *root;
+    let size = f32::MIN_POSITIVE..=GROWTH_SPACE;
+    for (what, value, range) in [
+        ("thickness", signature.thickness, size.clone()),
+        ("length", signature.length, size),
+        ("age", age, 0.0..=f32::from(u16::MAX)),
+        ("gravitropism", gravitropism, -10.0..=10.0),
+    ] {
+        if !range.contains(&value) {
+            return Err(GenerateError::Root { what, value });
+        }
+    }
+    Ok(())
 }

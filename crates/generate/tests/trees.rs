@@ -137,13 +137,22 @@ fn a_budget_cuts_a_tree_to_the_same_start_of_it_and_says_so() {
 }
 
 #[test]
+fn a_damaged_germ_is_refused() {
+    let model = shipped();
+    let mut germ = one(&model, "oak", 0).germ;
+    germ.root.signature.length = 1e30;
+    let again = regenerate(&model, germ, Limits::default(), &mut Workspace::default());
+    assert!(matches!(again, Err(GenerateError::Root { what: "length", .. })));
+}
+
+#[test]
 fn what_the_model_never_saw_is_refused() {
     let model = shipped();
     let ask = |request| {
         generate(&model, &request, Limits::default(), &mut Workspace::default()).unwrap_err()
     };
     assert!(matches!(ask(request("elm", 0)), GenerateError::UnknownSpecies { .. }));
-    let old = Request { age: Some(90.0), ..request("oak", 0) };
+    let old = Request { age: Some(90), ..request("oak", 0) };
     assert!(matches!(ask(old), GenerateError::OutOfRange { what: "age", .. }));
     let nan = Request { gravitropism: Some(f32::NAN), ..request("oak", 0) };
     assert!(matches!(ask(nan), GenerateError::NotFinite { what: "gravitropism", .. }));

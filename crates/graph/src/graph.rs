@@ -42,7 +42,7 @@ pub struct Node {
     pub children: [Option<NodeId>; MAX_CHILDREN],
     /// The slot of this node in its parent; 0 at the root.
     pub slot: u8,
-    /// o: Gravelius order; the trunk has 0, a lateral one more than its parent.
+    /// o: Gravelius order; the trunk has 0, a lateral one more than its parent (at most 65535).
     pub order: u16,
     /// m_p: how many children the parent has; 1 at the root.
     pub sibling_count: u8,
@@ -162,7 +162,7 @@ impl BranchGraph {
                 parent: Some(parent),
                 children: [None; MAX_CHILDREN],
                 slot: slot as u8,
-                order: up.order + u16::from(lateral),
+                order: up.order.saturating_add(u16::from(lateral)),
                 sibling_count,
                 position: up.position + child.length * (orientation * Vec3::NEG_Z),
                 thickness: child.thickness,

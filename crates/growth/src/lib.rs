@@ -44,8 +44,8 @@ pub enum GrowError {
     /// A parameter is out of its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// No internode has grown yet.
-    #[error("after {age} growth cycles the tree has no internode yet; ask for an age of 3 or more")]
+    /// No internode has grown: it was too dark.
+    #[error("after {age} growth cycles the tree has no internode yet; it needs more light or time")]
     NothingGrown {
         /// The age asked for.
         age: u32,

@@ -169,6 +169,16 @@ mod tests {
     }
 
     #[test]
+    fn every_preset_has_the_papers_24_values_each_and_no_other_in_its_table() {
+        for text in PRESETS {
+            let preset: Preset = toml::from_str(text).unwrap();
+            let mut keys: Vec<&str> = parameters::TABLE[..24].iter().map(|row| row.key).collect();
+            keys.sort_unstable();
+            assert_eq!(preset.table.keys().collect::<Vec<_>>(), keys);
+        }
+    }
+
+    #[test]
     fn growth_is_one_internode_length_a_try_in_every_preset() {
         for name in SPECIES {
             let p = Species::named(name).unwrap().parameters(Profile::Published).clone();

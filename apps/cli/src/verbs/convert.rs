@@ -4,15 +4,13 @@ use anyhow::{Result, bail};
 
 use crate::args::{self, Args, UsageError};
 use crate::format::Format;
-use crate::output::{Target, is_stdout};
+use crate::output::{self, Target, is_stdout};
 use crate::{input, report};
 
 pub(crate) fn run(args: &Args, verb: &args::Convert) -> Result<()> {
     let mut target = Target::new(&verb.out.output, verb.out.format, 1, verb.out.lod)?;
     if target.format == Format::Dtree {
-        bail!(UsageError(
-            "a .dtree file is a seed of the networks; only generate writes one".into()
-        ));
+        bail!(output::seed_files_are_generated());
     }
     if !is_stdout(&verb.out.output) && Format::of_path(&verb.out.output)?.is_none() {
         bail!(UsageError("name the file to write, with its extension".into()));

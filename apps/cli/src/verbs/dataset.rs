@@ -10,6 +10,30 @@ use super::presets;
 use crate::args::{self, Args};
 use crate::report;
 
+/// Why a tree cannot go into a corpus.
+#[derive(Debug)]
+enum CutOff {
+    Grow(GrowError),
+    Budget,
+}
+
+impl From<GrowError> for CutOff {
+    fn from(error: GrowError) -> Self {
+        Self::Grow(error)
+    }
+}
+
+impl std::fmt::Display for CutOff {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Grow(error) => error.fmt(f),
+            Self::Budget => f.write_str("it hit the node budget; a corpus holds whole trees only"),
+        }
+    }
+}
+
+impl std::error::Error for CutOff {}
+
 pub(crate) fn run(args: &Args, verb: &args::Dataset) -> Result<()> {
     let species = presets(&verb.species)?;
     let names = species.iter().map(|species| species.name.clone()).collect();
@@ -21,7 +45,8 @@ pub(crate) fn run(args: &Args, verb: &args::Dataset) -> Result<()> {
         |name, seed| {
             let preset = species.iter().find(|species| species.name == name);
             let preset = preset.unwrap_or(&species[0]);
-            Ok::<_, GrowError>(grow(name, preset.parameters(verb.profile), seed)?.tree)
+            let grown = grow(name, preset.parameters(verb.profile), seed)?;
+            if grown.hit_budget { Err(CutOff::Budget) } else { Ok(grown.tree) }
         },
         |progress| {
             bar.set_position(progress.trees_done);

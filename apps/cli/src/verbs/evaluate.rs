@@ -7,7 +7,7 @@ use deeptree_eval::{Row, Table, TreeMetrics};
 use deeptree_export::write_atomically;
 use deeptree_generate::{Limits, Request, generate};
 use deeptree_graph::Seed;
-use deeptree_growth::{Profile, Species, grow};
+use deeptree_growth::{Species, grow};
 use deeptree_infer::{Model, Predictor};
 use std::io::Write;
 
@@ -36,6 +36,7 @@ pub(crate) fn run(args: &Args, verb: &args::Evaluate) -> Result<()> {
             table.rows.push(measure_generated(args, verb, model, &species.name)?);
         }
     }
+    table.add_totals();
     save(verb, "table.csv", &table.csv())?;
     save(verb, "table.json", &serde_json::to_string_pretty(&table)?)?;
     report::say(args, &serde_json::to_value(&table)?, table.text().trim_end(), false);
@@ -55,7 +56,7 @@ fn measure<W>(
     one: impl Fn(&mut W, u64) -> Result<(TreeMetrics, bool)> + Sync,
 ) -> Result<Row> {
     let bar = report::bar(args, u64::from(verb.trees), &format!("{} {}", row.species, row.set));
-    batch::make(verb.seed, u64::from(verb.trees), worker, one, |(metrics, hit_budget)| {
+    batch::make(verb.seed, u64::from(verb.trees), worker, one, |_, (metrics, hit_budget), _| {
         row.add(&metrics, hit_budget);
         bar.inc(1);
         Ok(())
@@ -65,7 +66,7 @@ fn measure<W>(
 }
 
 fn measure_grown(args: &Args, verb: &args::Evaluate, species: &Species) -> Result<Row> {
-    let parameters = species.parameters(Profile::Reference);
+    let parameters = species.parameters(verb.profile);
     measure(
         args,
         verb,

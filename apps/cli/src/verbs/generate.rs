@@ -1,141 +1,66 @@
 //! `generate`: trees from the networks.
 
-use std::time::{Duration, Instant};
-
 use anyhow::Result;
-use deeptree_generate::{Limits, Request, generate};
+use deeptree_generate::{GenerateError, Limits, Request, generate, germ};
 use deeptree_graph::Seed;
-use deeptree_infer::{Model, Predictor};
-use serde_json::json;
+use deeptree_infer::{Model, Predictor, Workspace};
 
+use super::making::{self, whole_age};
 use super::unknown_species;
-use crate::args::{self, Args};
-use crate::batch::{self, Made};
-use crate::output::{Target, is_stdout};
-use crate::report;
+use crate::args::{self, Args, UsageError};
+use crate::batch::Made;
+use crate::output::Target;
 
 pub(crate) fn run(args: &Args, verb: &args::Generate) -> Result<()> {
-    let args::Which { species, seed, count, threads, .. } = &verb.which;
-    let count = u64::from(*count);
     let model = verb.model.load()?;
     verb.model.workspace()?;
-    if !model.species().contains(species) {
-        return Err(unknown_species(species, model.species()).into());
+    if !model.species().contains(&verb.which.species) {
+        return Err(unknown_species(&verb.which.species, model.species()).into());
     }
+    let count = u64::from(verb.which.count);
     let mut target = Target::new(&verb.out.output, verb.out.format, count, verb.out.lod)?;
     target.model = Some(model.hash());
+    let age = verb.which.age.map(whole_age).transpose()?;
     // A bad age or gravitropism is told before anything is made.
-    deeptree_generate::germ(&model, &request(verb, *seed))?;
+    germ(&model, &request(verb, age, verb.which.seed)).map_err(asked_too_much)?;
 
-    let mut seen = Seen::default();
-    batch::on_threads(*threads, || {
-        target.write(|take| make(args, verb, &model, *seed, count, &mut seen, take))
-    })?;
-    seen.say(args, &verb.out);
-    Ok(())
-}
-
-fn make(
-    args: &Args,
-    verb: &args::Generate,
-    model: &Model,
-    first: u64,
-    count: u64,
-    seen: &mut Seen,
-    take: &mut dyn FnMut(&Made) -> Result<()>,
-) -> Result<()> {
     let limits = Limits { budget: verb.budget as usize, batch: verb.batch as usize };
-    let bar = report::bar(args, count, &verb.which.species);
-    batch::make(
-        first,
-        count,
+    making::run(
+        args,
+        &verb.which,
+        &verb.out,
+        &target,
         || verb.model.workspace(),
-        |work, seed| {
-            let start = Instant::now();
-            let grown = generate(model, &request(verb, seed), limits, work)?;
-            let made = Made {
-                seed,
-                tree: grown.tree,
-                germ: Some(grown.germ),
-                hit_budget: grown.hit_budget,
-            };
-            Ok((made, start.elapsed()))
-        },
-        |(made, took)| {
-            seen.add(&made, took);
-            bar.inc(1);
-            take(&made)
-        },
-    )?;
-    bar.finish_and_clear();
-    Ok(())
+        |work, seed| one(&model, &request(verb, age, seed), limits, work),
+    )
 }
 
-fn request(verb: &args::Generate, seed: u64) -> Request {
+fn one(model: &Model, request: &Request, limits: Limits, work: &mut Workspace) -> Result<Made> {
+    let grown = generate(model, request, limits, work)?;
+    Ok(Made {
+        seed: request.seed.0,
+        number: 0,
+        tree: grown.tree,
+        germ: Some(grown.germ),
+        hit_budget: grown.hit_budget,
+    })
+}
+
+fn request(verb: &args::Generate, age: Option<u16>, seed: u64) -> Request {
     Request {
         species: verb.which.species.clone(),
         seed: Seed(seed),
-        age: verb.which.age,
+        age,
         gravitropism: verb.which.gravitropism,
     }
 }
 
-/// What was made, for the report at the end.
-#[derive(Default)]
-pub(super) struct Seen {
-    trees: u64,
-    nodes: u64,
-    branches: u64,
-    took: Duration,
-    hit_budget: Vec<u64>,
-    first: Option<serde_json::Value>,
-}
-
-impl Seen {
-    pub(super) fn add(&mut self, made: &Made, took: Duration) {
-        let figures = report::tree_figures(&made.tree);
-        self.trees += 1;
-        self.nodes += made.tree.len() as u64;
-        self.branches += figures["branches"].as_u64().unwrap_or_default();
-        self.took += took;
-        if made.hit_budget {
-            self.hit_budget.push(made.seed);
+/// What the model cannot do is a wrong request.
+fn asked_too_much(error: GenerateError) -> anyhow::Error {
+    match error {
+        GenerateError::OutOfRange { .. } | GenerateError::NotFinite { .. } => {
+            UsageError(error.to_string()).into()
         }
-        self.first.get_or_insert(figures);
-    }
-
-    pub(super) fn say(self, args: &Args, out: &args::Out) {
-        let Some(first) = self.first else { return };
-        let milliseconds = self.took.as_secs_f64() * 1e3 / self.trees as f64;
-        let stdout_taken = is_stdout(&out.output);
-        if !args.quiet && !self.hit_budget.is_empty() {
-            eprintln!(
-                "deeptree: {} of {} trees hit the node budget and are cut off (seeds {:?})",
-                self.hit_budget.len(),
-                self.trees,
-                &self.hit_budget[..self.hit_budget.len().min(5)]
-            );
-        }
-        let (text, mut figures) = if self.trees == 1 {
-            let text = format!(
-                "{}; grown in {milliseconds:.1} ms → {}",
-                report::tree_text(&first),
-                out.output.display()
-            );
-            (text, first)
-        } else {
-            let nodes = self.nodes as f64 / self.trees as f64;
-            let branches = self.branches as f64 / self.trees as f64;
-            let text = format!(
-                "{} trees, {nodes:.0} nodes and {branches:.0} branches each, {milliseconds:.1} ms each \
-                 on one thread → {}",
-                self.trees,
-                out.output.display()
-            );
-            (text, json!({ "trees": self.trees, "nodes": nodes, "branches": branches }))
-        };
-        figures["milliseconds_a_tree"] = json!(milliseconds);
-        figures["hit_budget"] = json!(self.hit_budget);
-        report::say(args, &figures, &text, stdout_taken);
+        error => error.into(),
     }
 }

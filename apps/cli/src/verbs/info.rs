@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use deeptree_dataset::Corpus;
+use deeptree_eval::{Row, TreeMetrics};
 use deeptree_infer::{Model, Predictor};
 use serde_json::{Value, json};
 
@@ -23,16 +24,33 @@ pub(crate) fn run(args: &Args, verb: &args::Info) -> Result<()> {
     Ok(())
 }
 
+/// A table of more trees than this is told in sums only.
+const LISTED: usize = 8;
+
 fn trees(verb: &args::Info) -> Result<(Value, String)> {
-    let mut trees = Vec::new();
+    let mut figures = Vec::new();
     let mut lines = Vec::new();
+    let mut sums: Vec<Row> = Vec::new();
     input::read(&verb.file, &verb.model, |number, made| {
-        let figures = report::tree_figures(&made.tree);
-        lines.push(format!("tree {number}: {}", report::tree_text(&figures)));
-        trees.push(figures);
+        let tree = &made.tree;
+        if figures.len() < LISTED {
+            let figure = report::tree_figures(tree);
+            lines.push(format!("tree {number}: {}", report::tree_text(&figure)));
+            figures.push(figure);
+        }
+        let known = sums.iter().position(|row| row.species == tree.info.species);
+        let row = known.unwrap_or_else(|| {
+            sums.push(Row::new(&tree.info.species, "file"));
+            sums.len() - 1
+        });
+        sums[row].add(&TreeMetrics::of(tree), made.hit_budget);
         Ok(true)
     })?;
-    Ok((json!({ "trees": trees }), lines.join("\n")))
+    if sums.iter().map(|row| row.trees).sum::<u64>() > LISTED as u64 {
+        let text: Vec<String> = sums.iter().map(Row::text).collect();
+        return Ok((json!({ "sums": sums }), text.join("").trim_end().to_owned()));
+    }
+    Ok((json!({ "trees": figures }), lines.join("\n")))
 }
 
 fn model(path: &Path) -> Result<(Value, String)> {

@@ -6,6 +6,7 @@ mod evaluate;
 mod generate;
 mod grow;
 mod info;
+mod making;
 mod train;
 
 use anyhow::Result;

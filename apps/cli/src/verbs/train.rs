@@ -76,7 +76,19 @@ mod training {
     }
 
     fn toml_of(report: &deeptree_learn::Report) -> Result<String> {
-        report.to_toml().context("the report cannot be written as TOML")
+        let toml = report.to_toml().context("the report cannot be written as TOML")?;
+        Ok(match commit() {
+            Some(commit) => format!("commit = \"{commit}\"\n{toml}"),
+            None => toml,
+        })
+    }
+
+    /// The commit that is checked out, where there is a repository.
+    fn commit() -> Option<String> {
+        let words = ["rev-parse", "HEAD"];
+        let output = std::process::Command::new("git").args(words).output().ok()?;
+        let text = String::from_utf8(output.stdout).ok()?;
+        (output.status.success() && !text.trim().is_empty()).then(|| text.trim().to_owned())
     }
 
     fn options(verb: &args::Train) -> Result<TrainOptions> {
@@ -185,6 +197,9 @@ mod training {
                 TrainEvent::Epoch { network, epoch, figures } => {
                     let message = bars.get(network).map(ProgressBar::message).unwrap_or_default();
                     let values = values(&figures);
+                    if let Some(bar) = bars.get(network) {
+                        bar.set_prefix(format!("{network} ({values})"));
+                    }
                     self.line(|| format!("{network}: epoch {epoch}, {values}; {message}"));
                 }
                 TrainEvent::Done { network } => {

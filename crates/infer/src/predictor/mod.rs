@@ -78,6 +78,14 @@ impl Default for Workspace {
     }
 }
 
+/// The numbers of a model overflowed: its weights are not those of a trained network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the model's numbers overflow; train it or get it again")]
+pub struct Overflow {
+    /// Index in the frontier of a node they overflowed at.
+    pub row: usize,
+}
+
 /// What draws the children of nodes. Generation sees nothing else of a model.
 pub trait Predictor: Sync {
     /// The species the model knows.
@@ -96,12 +104,16 @@ pub trait Predictor: Sync {
     ///
     /// The branchlet of a node depends on that node, its lineage, its tree's seed and conditions
     /// only: neither on the rest of the frontier nor on the path.
+    ///
+    /// # Errors
+    ///
+    /// When the model's numbers overflow.
     fn branchlets(
         &self,
         frontier: &[Active<'_>],
         work: &mut Workspace,
         branchlets: &mut Vec<Branchlet>,
-    );
+    ) -> Result<(), Overflow>;
 }
 
 /// A model file, ready to predict.
@@ -195,15 +207,15 @@ impl Predictor for Model {
         frontier: &[Active<'_>],
         work: &mut Workspace,
         branchlets: &mut Vec<Branchlet>,
-    ) {
+    ) -> Result<(), Overflow> {
         branchlets.clear();
         branchlets.resize(frontier.len(), [None; MAX_CHILDREN]);
         match &self.networks {
             Networks::Situated(networks) => {
-                networks.branchlets(self.species.len(), frontier, work, branchlets);
+                networks.branchlets(self.species.len(), frontier, work, branchlets)
             }
             Networks::Paper(networks) => {
-                networks.branchlets(self.species.len(), frontier, work, branchlets);
+                networks.branchlets(self.species.len(), frontier, work, branchlets)
             }
         }
     }

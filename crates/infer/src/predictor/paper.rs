@@ -6,7 +6,7 @@
 use deeptree_graph::signature::paper::{self, CHILD_LEN};
 use deeptree_graph::{ChildSignature, MAX_CHILDREN, Purpose, Quat};
 
-use super::{Active, Branchlet, Workspace, network};
+use super::{Active, Branchlet, Overflow, Workspace, network};
 use crate::mlp::Mlp;
 use crate::weights::{ReadWeightsError, Weights};
 
@@ -46,13 +46,13 @@ impl Paper {
         frontier: &[Active<'_>],
         work: &mut Workspace,
         branchlets: &mut [Branchlet],
-    ) {
+    ) -> Result<(), Overflow> {
         let features = paper::len(species);
         work.nodes.resize(frontier.len() * features, 0.0);
         for (active, row) in frontier.iter().zip(work.nodes.chunks_exact_mut(features)) {
             paper::encode(active.node, &active.tree, species, row);
         }
-        let exists = self.draw_existence(frontier, work);
+        let exists = self.draw_existence(frontier, work)?;
         for slot in 0..MAX_CHILDREN {
             let having: Vec<usize> = (0..frontier.len()).filter(|&i| exists[i][slot]).collect();
             let outputs = work.run(
@@ -67,38 +67,47 @@ impl Paper {
                 },
             );
             for (&i, outputs) in having.iter().zip(outputs.chunks_exact(CHILD_LEN)) {
-                branchlets[i][slot] = Some(child_signature(outputs));
+                let child = child_signature(outputs).ok_or(Overflow { row: i })?;
+                branchlets[i][slot] = Some(child);
             }
         }
+        Ok(())
     }
 
     fn draw_existence(
         &self,
         frontier: &[Active<'_>],
         work: &mut Workspace,
-    ) -> Vec<[bool; MAX_CHILDREN]> {
+    ) -> Result<Vec<[bool; MAX_CHILDREN]>, Overflow> {
         let logits = self.classifier.forward(work.path, &work.nodes, &mut work.scratch);
         frontier
             .iter()
             .zip(logits.chunks_exact(MAX_CHILDREN))
-            .map(|(active, logits)| {
+            .enumerate()
+            .map(|(row, (active, logits))| {
+                if logits.iter().any(|logit| logit.is_nan()) {
+                    return Err(Overflow { row });
+                }
                 let mut draws = active.seed.draws(active.lineage, Purpose::Existence);
-                std::array::from_fn(|slot| {
+                Ok(std::array::from_fn(|slot| {
                     let p = 1.0 / (1.0 + libm::expf(-logits[slot]));
                     (draws.uniform() as f32) < p
-                })
+                }))
             })
             .collect()
     }
 }
 
 /// The guard rails: a unit quaternion, a thickness above 0, and a length within the growth space.
-fn child_signature(outputs: &[f32]) -> ChildSignature {
+fn child_signature(outputs: &[f32]) -> Option<ChildSignature> {
+    if !outputs.iter().all(|x| x.is_finite()) {
+        return None;
+    }
     let rotation = Quat::from_slice(outputs);
     let norm = rotation.length();
-    ChildSignature {
+    Some(ChildSignature {
         rotation: if norm > 1e-6 { rotation / norm } else { Quat::IDENTITY },
         thickness: outputs[4].clamp(MIN_THICKNESS, MAX_LENGTH),
         length: outputs[5].clamp(0.0, MAX_LENGTH),
-    }
+    })
 }

@@ -30,10 +30,15 @@ pub(super) fn read(weights: &Weights, species: &str) -> Result<Vec<Root>, ReadWe
             if (rotation.length() - 1.0).abs() > 1e-3 {
                 return Err(ReadWeightsError::NotUnit { tensor: name.clone(), row: i });
             }
+            let (age, gravitropism) = (row[6], row[7]);
+            let is_whole = age.to_bits() == libm::floorf(age).to_bits();
+            if !(is_whole && (0.0..=f32::from(u16::MAX)).contains(&age)) {
+                return Err(ReadWeightsError::BadAge { tensor: name.clone(), row: i, age });
+            }
             Ok(Root {
                 signature: ChildSignature { rotation, thickness: row[4], length: row[5] },
-                age: row[6],
-                gravitropism: row[7],
+                age,
+                gravitropism,
             })
         })
         .collect()

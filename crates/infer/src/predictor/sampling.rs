@@ -5,12 +5,12 @@ use deeptree_graph::{Draws, Vec3};
 
 /// Draws an index with probability softmax(logits), among those for which `possible` holds.
 ///
-/// At least one must be possible; index 0 is drawn when none is.
+/// None when a logit has overflowed, or nothing is possible.
 pub(super) fn categorical(
     logits: &[f32],
     possible: impl Fn(usize) -> bool,
     draws: &mut Draws,
-) -> usize {
+) -> Option<usize> {
     let mut most = f32::NEG_INFINITY;
     for (i, &logit) in logits.iter().enumerate() {
         if possible(i) && logit > most {
@@ -19,49 +19,53 @@ pub(super) fn categorical(
     }
     let weight = |i: usize| if possible(i) { libm::expf(logits[i] - most) } else { 0.0 };
     let total: f32 = (0..logits.len()).map(weight).sum();
+    if !total.is_finite() || total <= 0.0 {
+        return None;
+    }
     let mut left = draws.uniform() as f32 * total;
     let mut last = 0;
     for i in 0..logits.len() {
         let w = weight(i);
         if w > 0.0 {
             if left < w {
-                return i;
+                return Some(i);
             }
             left -= w;
             last = i;
         }
     }
     // Rounding left a crumb: the last possible index owns it.
-    last
+    Some(last)
 }
 
 /// Draws how many of `tips` the first of `children` children bears: 1 to `tips − children + 1`.
 ///
 /// `outputs` is a mixture of logistic laws over the logit of the share; bin `k − 1` of the `B`
 /// possible counts is the share in `(k − 1, k) / B`.
-pub(super) fn split(outputs: &[f32], tips: u32, children: u32, draws: &mut Draws) -> u32 {
+pub(super) fn split(outputs: &[f32], tips: u32, children: u32, draws: &mut Draws) -> Option<u32> {
     let bins = tips + 1 - children;
     if bins <= 1 {
-        return 1;
+        return Some(1);
     }
     let components = outputs.len() / 3;
-    let i = categorical(&outputs[..components], |_| true, draws);
+    let i = categorical(&outputs[..components], |_| true, draws)?;
     let scale = scale(outputs[2 * components + i]);
     let u = draws.open_uniform();
     let z = f64::from(outputs[components + i]) + f64::from(scale) * libm::log(u / (1.0 - u));
     let share = 1.0 / (1.0 + libm::exp(-z));
-    1 + ((share * f64::from(bins)) as u32).min(bins - 1)
+    share.is_finite().then(|| 1 + ((share * f64::from(bins)) as u32).min(bins - 1))
 }
 
 /// Draws a turn from a mixture of Gaussian laws with independent components.
-pub(super) fn turn(outputs: &[f32], draws: &mut Draws) -> Vec3 {
+pub(super) fn turn(outputs: &[f32], draws: &mut Draws) -> Option<Vec3> {
     let components = outputs.len() / 7;
     let (weights, rest) = outputs.split_at(components);
     let (means, deviations) = rest.split_at(3 * components);
-    let i = categorical(weights, |_| true, draws);
+    let i = categorical(weights, |_| true, draws)?;
     let mut axis =
         |k: usize| means[3 * i + k] + scale(deviations[3 * i + k]) * draws.normal() as f32;
-    Vec3::new(axis(0), axis(1), axis(2))
+    let turn = Vec3::new(axis(0), axis(1), axis(2));
+    turn.is_finite().then_some(turn)
 }
 
 /// Draws from a law given by its quantiles at even steps, linear between them.
@@ -90,7 +94,7 @@ mod tests {
         let logits = [0.0, 2.0f32.ln(), 50.0, 5.0f32.ln()];
         let mut counts = [0; 4];
         for i in 0..80_000 {
-            counts[categorical(&logits, |c| c != 2, &mut draws(i))] += 1;
+            counts[categorical(&logits, |c| c != 2, &mut draws(i)).unwrap()] += 1;
         }
         assert_eq!(counts[2], 0);
         for (count, p) in counts.into_iter().zip([0.125, 0.25, 0.0, 0.625]) {
@@ -100,11 +104,21 @@ mod tests {
     }
 
     #[test]
+    fn overflowed_heads_draw_nothing() {
+        for bad in [f32::NAN, f32::INFINITY] {
+            assert_eq!(categorical(&[0.0, bad], |_| true, &mut draws(1)), None);
+            assert_eq!(split(&[0.0, bad, 0.0], 9, 2, &mut draws(1)), None);
+            assert_eq!(turn(&[0.0, 1.0, bad, 1.0, 0.0, 0.0, 0.0], &mut draws(1)), None);
+        }
+        assert_eq!(categorical(&[0.0, 1.0], |_| false, &mut draws(1)), None);
+    }
+
+    #[test]
     fn a_split_keeps_a_tip_for_every_child() {
         for tips in 2..40 {
             for i in 0..200 {
                 let outputs = [0.0, 0.0, 0.0, -9.0, 0.0, 9.0, 1.0, 2.0, -4.0];
-                let k = split(&outputs, tips, 2, &mut draws(i));
+                let k = split(&outputs, tips, 2, &mut draws(i)).unwrap();
                 assert!((1..tips).contains(&k));
             }
         }
@@ -115,7 +129,7 @@ mod tests {
         // The logit of a uniform share has the standard logistic law.
         let mut counts = [0.0f64; 5];
         for i in 0..50_000 {
-            counts[split(&[0.0, 0.0, 0.0], 6, 2, &mut draws(i)) as usize - 1] += 1.0;
+            counts[split(&[0.0, 0.0, 0.0], 6, 2, &mut draws(i)).unwrap() as usize - 1] += 1.0;
         }
         let se = (0.2f64 * 0.8 / 50_000.0).sqrt();
         assert!(counts.iter().all(|c| (c / 50_000.0 - 0.2).abs() < 5.0 * se), "{counts:?}");
@@ -125,7 +139,7 @@ mod tests {
     fn turns_have_the_moments_of_their_component() {
         let outputs = [0.0, 1.0, -2.0, 0.5, 0.0, -1.0, -0.5];
         let n = 40_000;
-        let turns: Vec<Vec3> = (0..n).map(|i| turn(&outputs, &mut draws(i))).collect();
+        let turns: Vec<Vec3> = (0..n).map(|i| turn(&outputs, &mut draws(i)).unwrap()).collect();
         let mean = turns.iter().sum::<Vec3>() / n as f32;
         assert!((mean - Vec3::new(1.0, -2.0, 0.5)).abs().max_element() < 0.03);
         let sd = (turns.iter().map(|t| (*t - mean) * (*t - mean)).sum::<Vec3>() / n as f32)

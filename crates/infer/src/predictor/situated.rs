@@ -11,7 +11,7 @@ use deeptree_graph::signature::situated::{
 use deeptree_graph::signature::{thickness_of, tip_count};
 use deeptree_graph::{ChildSignature, MAX_CHILDREN, Purpose, Quat, Vec3};
 
-use super::{Active, Branchlet, Workspace, network, roots, sampling};
+use super::{Active, Branchlet, Overflow, Workspace, network, roots, sampling};
 use crate::mlp::Mlp;
 use crate::weights::{ReadWeightsError, Table, Weights};
 
@@ -107,21 +107,26 @@ impl Situated {
         frontier: &[Active<'_>],
         work: &mut Workspace,
         branchlets: &mut [Branchlet],
-    ) {
+    ) -> Result<(), Overflow> {
         let features = situated::len(species);
         work.nodes.resize(frontier.len() * features, 0.0);
         for (active, row) in frontier.iter().zip(work.nodes.chunks_exact_mut(features)) {
             situated::encode(active.node, &active.tree, species, row);
         }
-        let mut drafts = self.draw_branchings(frontier, work);
-        self.draw_splits(features, frontier, work, &mut drafts);
+        let mut drafts = self.draw_branchings(frontier, work)?;
+        self.draw_splits(features, frontier, work, &mut drafts)?;
         for slot in 0..MAX_CHILDREN {
-            self.draw_children(slot, features, frontier, work, &mut drafts, branchlets);
+            self.draw_children(slot, features, frontier, work, &mut drafts, branchlets)?;
         }
+        Ok(())
     }
 
     /// Which children exist: the nodes that have any.
-    fn draw_branchings(&self, frontier: &[Active<'_>], work: &mut Workspace) -> Vec<Draft> {
+    fn draw_branchings(
+        &self,
+        frontier: &[Active<'_>],
+        work: &mut Workspace,
+    ) -> Result<Vec<Draft>, Overflow> {
         let logits = self.existence.forward(work.path, &work.nodes, &mut work.scratch);
         let mut drafts = Vec::with_capacity(frontier.len());
         for (row, (active, logits)) in frontier.iter().zip(logits.chunks_exact(CLASSES)).enumerate()
@@ -129,14 +134,15 @@ impl Situated {
             let tips = tip_count(active.node.thickness, active.tree.tip_radius);
             let mut draws = active.seed.draws(active.lineage, Purpose::Existence);
             let possible = |class| Branching::from_class(class).is_possible(tips);
-            let class = sampling::categorical(logits, possible, &mut draws);
+            let class =
+                sampling::categorical(logits, possible, &mut draws).ok_or(Overflow { row })?;
             let branching = Branching::from_class(class);
             if branching.children() > 0 {
                 let child_tips = [tips - u32::from(branching.dropped); MAX_CHILDREN];
                 drafts.push(Draft { row, tips, branching, child_tips, siblings: [None; 3] });
             }
         }
-        drafts
+        Ok(drafts)
     }
 
     /// How the tips are shared: the first child's part, then the second's of the rest; the last
@@ -147,7 +153,7 @@ impl Situated {
         frontier: &[Active<'_>],
         work: &mut Workspace,
         drafts: &mut [Draft],
-    ) {
+    ) -> Result<(), Overflow> {
         let mut questions: Vec<SplitQuestion> = (0..drafts.len())
             .filter(|&i| drafts[i].branching.children() >= 2)
             .map(|draft| SplitQuestion {
@@ -173,7 +179,8 @@ impl Situated {
                 let active = &frontier[draft.row];
                 let mut draws =
                     active.seed.draws(active.lineage, Purpose::TipSplit).at(q.slot as u64);
-                let taken = sampling::split(outputs, q.tips, q.children, &mut draws);
+                let taken = sampling::split(outputs, q.tips, q.children, &mut draws)
+                    .ok_or(Overflow { row: draft.row })?;
                 draft.child_tips[q.slot] = taken;
                 let slot = next_slot(draft.branching, q.slot + 1);
                 let (tips, children) = (q.tips - taken, q.children - 1);
@@ -184,6 +191,7 @@ impl Situated {
             }
             questions = more;
         }
+        Ok(())
     }
 
     /// Rotation and length of the children in `slot`.
@@ -195,7 +203,7 @@ impl Situated {
         work: &mut Workspace,
         drafts: &mut [Draft],
         branchlets: &mut [Branchlet],
-    ) {
+    ) -> Result<(), Overflow> {
         let having: Vec<usize> =
             (0..drafts.len()).filter(|&i| drafts[i].branching.has(slot)).collect();
         let outputs = work.run(
@@ -218,20 +226,23 @@ impl Situated {
             let draft = &mut drafts[i];
             let active = &frontier[draft.row];
             let tips = draft.child_tips[slot];
-            let (turn, child) = self.place_child(slot, active, tips, outputs);
+            let (turn, child) =
+                self.place_child(slot, active, tips, outputs).ok_or(Overflow { row: draft.row })?;
             draft.siblings[slot] = Some(Sibling { tips, turn });
             branchlets[draft.row][slot] = child;
         }
+        Ok(())
     }
 
-    /// The child in `slot` with its turn; none when every attempt ends below the ground.
+    /// The child in `slot` with its turn; no child when every attempt ends below the ground, and
+    /// none of both when the numbers overflow.
     fn place_child(
         &self,
         slot: usize,
         active: &Active<'_>,
         tips: u32,
         outputs: &[f32],
-    ) -> (Vec3, Option<ChildSignature>) {
+    ) -> Option<(Vec3, Option<ChildSignature>)> {
         let Active { node, lineage, seed, tree } = active;
         let lineage = lineage.child(slot as u8);
         let Slot { mean, scale } = self.slots[tree.species][slot];
@@ -242,15 +253,15 @@ impl Situated {
         let mut turn = Vec3::ZERO;
         for attempt in 0..ATTEMPTS {
             let mut draws = seed.draws(lineage, Purpose::ChildRotation).at(attempt);
-            turn = sampling::turn(outputs, &mut draws);
+            turn = sampling::turn(outputs, &mut draws)?;
             let rotation = situated::rotation_of(turn, mean, scale);
             let front = node.orientation * (rotation * Vec3::NEG_Z);
             if node.position.y + length * front.y >= 0.0 {
                 let thickness = thickness_of(tips, tree.tip_radius);
-                return (turn, Some(ChildSignature { rotation, thickness, length }));
+                return Some((turn, Some(ChildSignature { rotation, thickness, length })));
             }
         }
-        (turn, None)
+        Some((turn, None))
     }
 }
 

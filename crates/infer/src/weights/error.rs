@@ -44,6 +44,8 @@ pub enum ReadWeightsError {
     NotPositive { tensor: String, index: usize, value: f32 },
     #[error("tensor `{tensor}`: row {row} has no unit quaternion where one belongs")]
     NotUnit { tensor: String, row: usize },
+    #[error("tensor `{tensor}`: row {row} has age {age}; it must be a whole number up to 65535")]
+    BadAge { tensor: String, row: usize, age: f32 },
     #[error("the model has no root of a `{species}` to start a tree from; train it again")]
     NoRoots { species: String },
     #[error(

@@ -1,0 +1,101 @@
+//! What `generate` and `grow` share: many trees, made on all threads, written and summed up.
+
+use std::time::Duration;
+
+use anyhow::Result;
+use serde_json::{Value, json};
+
+use crate::args::{self, Args, UsageError};
+use crate::batch::{self, Made};
+use crate::output::{Target, is_stdout};
+use crate::report;
+
+/// Makes the trees that `which` asks for and writes them to the target.
+pub(super) fn run<W>(
+    args: &Args,
+    which: &args::Which,
+    out: &args::Out,
+    target: &Target,
+    worker: impl Fn() -> Result<W> + Sync + Send,
+    one: impl Fn(&mut W, u64) -> Result<Made> + Sync + Send,
+) -> Result<()> {
+    let count = u64::from(which.count);
+    let mut seen = Seen::default();
+    let bar = report::bar(args, count, &which.species);
+    batch::on_threads(which.threads, || {
+        target.write(|take| {
+            batch::make(which.seed, count, worker, one, |k, mut made, took| {
+                made.number = k as u32;
+                seen.add(&made, took);
+                bar.inc(1);
+                take(&made)
+            })
+        })
+    })?;
+    bar.finish_and_clear();
+    seen.say(args, out);
+    Ok(())
+}
+
+/// An age in whole growth cycles.
+pub(super) fn whole_age(age: f32) -> Result<u16, UsageError> {
+    if (0.0..=f32::from(u16::MAX)).contains(&age) && age.fract() == 0.0 {
+        Ok(age as u16)
+    } else {
+        Err(UsageError(format!("the age is {age}; it must be a whole number of growth cycles")))
+    }
+}
+
+/// What was made, for the report at the end.
+#[derive(Default)]
+struct Seen {
+    trees: u64,
+    nodes: u64,
+    branches: u64,
+    took: Duration,
+    hit_budget: Vec<u64>,
+    first: Option<Value>,
+}
+
+impl Seen {
+    fn add(&mut self, made: &Made, took: Duration) {
+        self.trees += 1;
+        self.nodes += made.tree.len() as u64;
+        self.branches += deeptree_graph::branches(&made.tree).len() as u64;
+        self.took += took;
+        if made.hit_budget {
+            self.hit_budget.push(made.seed);
+        }
+        self.first.get_or_insert_with(|| report::tree_figures(&made.tree));
+    }
+
+    fn say(self, args: &Args, out: &args::Out) {
+        let Some(first) = self.first else { return };
+        if !args.quiet && !self.hit_budget.is_empty() {
+            eprintln!(
+                "deeptree: {} of {} trees hit the node budget and are cut off (seeds {:?} …)",
+                self.hit_budget.len(),
+                self.trees,
+                &self.hit_budget[..self.hit_budget.len().min(5)]
+            );
+        }
+        let milliseconds = self.took.as_secs_f64() * 1e3 / self.trees as f64;
+        let place = out.output.display();
+        let (text, mut figures) = if self.trees == 1 {
+            let tree = report::tree_text(&first);
+            (format!("{tree}; grown in {milliseconds:.1} ms → {place}"), first)
+        } else {
+            let nodes = self.nodes as f64 / self.trees as f64;
+            let branches = self.branches as f64 / self.trees as f64;
+            let text = format!(
+                "{} trees of {nodes:.0} nodes in {branches:.0} branches, each grown in \
+                 {milliseconds:.1} ms on one thread → {place}",
+                self.trees
+            );
+            (text, json!({ "trees": self.trees, "nodes": nodes, "branches": branches }))
+        };
+        figures["milliseconds_a_tree"] = json!(milliseconds);
+        figures["hit_budget"] = json!(self.hit_budget);
+        report::say(args, &figures, &text, is_stdout(&out.output));
+    }
+}

@@ -1,0 +1,59 @@
+//! Training through the real command.
+#![cfg(feature = "train")]
+
+mod common;
+
+use common::Desk;
+
+/// A corpus of five small trees of one species.
+fn corpus() -> Desk {
+    let desk = Desk::new();
+    desk.ok(&["dataset", "--species", "walnut", "--trees", "5", "-o", "corpus"]);
+    desk
+}
+
+fn train(desk: &Desk, kind: &str, model: &str) -> String {
+    let words = ["train", "corpus", "--kind", kind, "--epochs", "1", "--samples", "4096"];
+    desk.ok(&[&words[..], &["--seed", "5", "-o", model]].concat())
+}
+
+#[test]
+fn both_kinds_train_into_models_that_generate() {
+    let desk = corpus();
+    for kind in ["situated", "paper"] {
+        let model = format!("{kind}.safetensors");
+        assert!(train(&desk, kind, &model).contains("weights"));
+        assert!(desk.ok(&["info", &model]).contains(kind));
+        let toml = String::from_utf8(desk.read(&format!("{kind}.toml"))).unwrap();
+        assert!(toml.contains("data_hash") && toml.contains("sha256"));
+        let words = ["generate", "walnut", "--model", &model, "--budget", "2000", "-o", "a.csv"];
+        desk.ok(&words);
+        desk.fails(&["generate", "oak", "--model", &model, "-o", "b.csv"], 2, "walnut");
+    }
+}
+
+#[test]
+fn a_training_that_is_run_again_gives_the_same_model() {
+    let desk = corpus();
+    train(&desk, "situated", "one.safetensors");
+    train(&desk, "situated", "two.safetensors");
+    assert!(desk.read("one.safetensors") == desk.read("two.safetensors"));
+    // The checkpoints of the first are whole: it resumes and has nothing left to do.
+    let before = desk.read("one.safetensors");
+    train(&desk, "situated", "one.safetensors");
+    assert!(desk.read("one.safetensors") == before);
+}
+
+#[test]
+fn what_cannot_be_trained_on_is_told() {
+    let desk = corpus();
+    desk.fails(&["train", "absent", "-o", "m.safetensors"], 1, "absent is no corpus");
+    desk.fails(&["train", "corpus", "-o", "m.bin"], 2, "m.bin");
+    let shard = std::fs::read_dir(desk.path("corpus"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .find(|path| path.extension().is_some_and(|e| e == "parquet"))
+        .unwrap();
+    std::fs::write(&shard, b"PAR1 and then nothing").unwrap();
+    desk.fails(&["train", "corpus", "-o", "m.safetensors"], 1, ".parquet");
+}
