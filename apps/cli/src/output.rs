@@ -23,7 +23,7 @@ pub(crate) struct Target {
     /// The model that made the trees; none for trees of the growth model.
     pub(crate) model: Option<[u8; 16]>,
     /// One file a tree in the folder `path`.
-    folder: bool,
+    pub(crate) folder: bool,
 }
 
 impl Target {

@@ -25,7 +25,8 @@ pub(super) fn run<W>(
     batch::on_threads(which.threads, || {
         target.write(|take| {
             batch::make(which.seed, count, worker, one, |k, mut made, took| {
-                made.number = k as u32;
+                // A file of its own numbers its tree 0.
+                made.number = if target.folder { 0 } else { k as u32 };
                 seen.add(&made, took);
                 bar.inc(1);
                 take(&made)
