@@ -8,21 +8,21 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// A folder that the command runs in.
-pub struct Desk {
+pub(crate) struct Desk {
     dir: TempDir,
 }
 
 impl Desk {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { dir: tempfile::tempdir().unwrap() }
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.dir.path().join(name)
     }
 
     /// The names in the folder, sorted.
-    pub fn files(&self) -> Vec<String> {
+    pub(crate) fn files(&self) -> Vec<String> {
         let mut names: Vec<String> = std::fs::read_dir(self.dir.path())
             .unwrap()
             .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -31,12 +31,12 @@ impl Desk {
         names
     }
 
-    pub fn read(&self, name: &str) -> Vec<u8> {
+    pub(crate) fn read(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.path(name)).unwrap()
     }
 
     /// Runs `deeptree` with these words.
-    pub fn run(&self, words: &[&str]) -> Output {
+    pub(crate) fn run(&self, words: &[&str]) -> Output {
         Command::new(env!("CARGO_BIN_EXE_deeptree"))
             .args(words)
             .current_dir(self.dir.path())
@@ -45,7 +45,7 @@ impl Desk {
     }
 
     /// Runs `deeptree`, which must do what it is asked.
-    pub fn ok(&self, words: &[&str]) -> String {
+    pub(crate) fn ok(&self, words: &[&str]) -> String {
         let output = self.run(words);
         let error = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{words:?}: {error}");
@@ -54,7 +54,7 @@ impl Desk {
 
     /// Runs `deeptree`, which must fail with this exit code, one line that has `part` in it, and
     /// no file more than before.
-    pub fn fails(&self, words: &[&str], code: i32, part: &str) {
+    pub(crate) fn fails(&self, words: &[&str], code: i32, part: &str) {
         let before = self.files();
         let output = self.run(words);
         let error = String::from_utf8_lossy(&output.stderr);
