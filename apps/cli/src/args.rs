@@ -96,6 +96,18 @@ pub(crate) struct Generate {
     pub(crate) out: Out,
     #[command(flatten)]
     pub(crate) model: ModelChoice,
+    /// Height of the tree in metres; what is not asked for is drawn to go with what is.
+    #[arg(long, value_name = "M", value_parser = finite)]
+    pub(crate) height: Option<f32>,
+    /// Distance of the outermost branch from the axis in metres.
+    #[arg(long, value_name = "M", value_parser = finite)]
+    pub(crate) crown_radius: Option<f32>,
+    /// Number of branches.
+    #[arg(long, value_name = "N", value_parser = finite)]
+    pub(crate) branches: Option<f32>,
+    /// Length of the trunk in metres.
+    #[arg(long, value_name = "M", value_parser = finite)]
+    pub(crate) trunk: Option<f32>,
     /// Nodes a tree may have.
     #[arg(long, default_value_t = deeptree_generate::DEFAULT_BUDGET as u32, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) budget: u32,

@@ -79,6 +79,7 @@ fn regrow(file: &SeedFile, choice: &ModelChoice) -> Result<Made> {
             signature: file.root,
             age: f32::from(file.age),
             gravitropism: file.gravitropism,
+            traits: file.traits,
         },
     };
     let grown = regenerate(&model, germ, Limits::default(), &mut choice.workspace()?)?;

@@ -142,6 +142,7 @@ impl Target {
             gravitropism: germ.root.gravitropism,
             seed: germ.seed.0,
             root: germ.root.signature,
+            traits: germ.root.traits,
         })
     }
 }

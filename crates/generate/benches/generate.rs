@@ -20,7 +20,7 @@ fn model(name: &str) -> Model {
 }
 
 fn request(species: &str, seed: u64) -> Request {
-    Request { species: species.to_owned(), seed: Seed(seed), age: None, gravitropism: None }
+    Request::new(species, Seed(seed))
 }
 
 /// Each sample generates the tree of the next seed, so the mean is one over trees.

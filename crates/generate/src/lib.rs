@@ -6,9 +6,13 @@
 
 #![forbid(unsafe_code)]
 
-use deeptree_graph::signature::{GROWTH_SPACE, TreeConditions};
+mod wish;
+
+use deeptree_graph::signature::{GROWTH_SPACE, TreeConditions, tip_count};
 use deeptree_graph::{BranchGraph, Lineage, Purpose, Seed, TreeInfo, Vec3};
 use deeptree_infer::{Active, Branchlet, Predictor, Root, Workspace};
+
+pub use wish::Wishes;
 
 /// Nodes a tree may have unless another budget is asked for.
 pub const DEFAULT_BUDGET: usize = 50_000;
@@ -27,6 +31,17 @@ pub struct Request {
     pub age: Option<u16>,
     /// v: gravitropism; likewise.
     pub gravitropism: Option<f32>,
+    /// What is asked of the tree as a whole.
+    pub wishes: Wishes,
+}
+
+impl Request {
+    /// The tree of a species and seed, nothing else asked.
+    #[must_use]
+    pub fn new(species: &str, seed: Seed) -> Self {
+        let species = species.to_owned();
+        Self { species, seed, age: None, gravitropism: None, wishes: Wishes::default() }
+    }
 }
 
 /// Bounds of the work; they do not change the tree, except that the budget can cut it short.
@@ -104,7 +119,7 @@ pub fn generate(
 }
 
 /// What the tree of a request grows from: a root drawn from the training roots of its species,
-/// among those nearest to the age and gravitropism asked for.
+/// among those nearest to the age and gravitropism asked for, with traits that meet the wishes.
 ///
 /// # Errors
 ///
@@ -121,6 +136,10 @@ pub fn germ(model: &impl Predictor, request: &Request) -> Result<Germ, GenerateE
     let gravitropisms = roots.iter().map(|root| root.gravitropism);
     check_range(request, "gravitropism", request.gravitropism, gravitropisms)?;
 
+    for (what, wish, of) in request.wishes.made() {
+        check_range(request, what, Some(wish), roots.iter().map(|root| of(&root.traits)))?;
+    }
+
     let distance = |root: &Root| {
         let age = age.map_or(0.0, |age| (age - root.age).abs());
         // One growth cycle weighs as much as a fortieth of the gravitropism.
@@ -134,6 +153,7 @@ pub fn germ(model: &impl Predictor, request: &Request) -> Result<Germ, GenerateE
     let mut root = *candidates[draws.index(candidates.len())];
     root.age = age.unwrap_or(root.age);
     root.gravitropism = request.gravitropism.unwrap_or(root.gravitropism);
+    let root = wish::grant(root, roots, model.tip_radius(species), &request.wishes);
     Ok(Germ { species, seed: request.seed, root })
 }
 
@@ -189,11 +209,14 @@ pub fn regenerate(
         gravitropism: germ.root.gravitropism,
         seed: germ.seed.0,
     };
+    let tip_radius = model.tip_radius(germ.species);
     let conditions = TreeConditions {
         age: germ.root.age,
         gravitropism: germ.root.gravitropism,
         species: germ.species,
-        tip_radius: model.tip_radius(germ.species),
+        tip_radius,
+        root_tips: tip_count(germ.root.signature.thickness, tip_radius),
+        traits: germ.root.traits,
     };
     let mut tree = BranchGraph::new(info, Vec3::ZERO, germ.root.signature);
     let mut lineages = vec![Lineage::ROOT];
@@ -243,7 +266,10 @@ fn add(
 
 /// Refuses roots that no tree starts from, as damaged files can hold.
 fn check_root(root: &Root) -> Result<(), GenerateError> {
-    let Root { signature, age, gravitropism } = *root;
+    let Root { signature, age, gravitropism, traits } = *root;
+    if !traits.is_sound() {
+        return Err(GenerateError::Root { what: "nodes", value: traits.nodes });
+    }
     let size = f32::MIN_POSITIVE..=GROWTH_SPACE;
     for (what, value, range) in [
         ("thickness", signature.thickness, size.clone()),

@@ -18,7 +18,7 @@ fn published() -> Model {
 }
 
 fn request(species: &str, seed: u64) -> Request {
-    Request { species: species.to_owned(), seed: Seed(seed), age: None, gravitropism: None }
+    Request::new(species, Seed(seed))
 }
 
 fn one(model: &Model, species: &str, seed: u64) -> Generated {

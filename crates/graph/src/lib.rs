@@ -26,9 +26,11 @@ mod seed;
 pub mod signature;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;
+mod traits;
 
 pub use glam::{Quat, Vec3};
 pub use graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, TreeInfo};
 pub use paths::{Path, branches, chains};
 pub use rows::{GraphError, Row};
 pub use seed::{Draws, Lineage, Purpose, Seed};
+pub use traits::TreeTraits;

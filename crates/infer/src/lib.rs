@@ -18,5 +18,5 @@ mod weights;
 
 pub use kernels::{SimdPath, UnknownPath};
 pub use mlp::{Dense, Mlp, MlpError, Scratch};
-pub use predictor::{Active, Branchlet, Model, Overflow, Predictor, Root, Workspace};
+pub use predictor::{Active, Branchlet, Model, Overflow, Predictor, ROOT_COLUMNS, Root, Workspace};
 pub use weights::{ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder};

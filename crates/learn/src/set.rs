@@ -2,7 +2,7 @@
 
 use deeptree_graph::signature::situated::Branching;
 use deeptree_graph::signature::{TreeConditions, tip_count};
-use deeptree_graph::{BranchGraph, MAX_CHILDREN, Node, NodeId};
+use deeptree_graph::{BranchGraph, MAX_CHILDREN, Node, NodeId, TreeTraits};
 
 use crate::TrainError;
 
@@ -68,6 +68,8 @@ impl<'a> Corpus<'a> {
             gravitropism: tree.info.gravitropism,
             species,
             tip_radius: tip_radius[species],
+            root_tips: tip_count(tree.root().thickness, tip_radius[species]),
+            traits: TreeTraits::of(tree),
         });
         let conditions = conditions.collect();
         let mut starts = vec![0];

@@ -2,7 +2,7 @@
 
 use deeptree_graph::signature::situated::turn_of;
 use deeptree_graph::{BranchGraph, MAX_CHILDREN, Node, Quat, Vec3};
-use deeptree_infer::{ReadWeightsError, Table, WeightsBuilder};
+use deeptree_infer::{ROOT_COLUMNS, ReadWeightsError, Table, WeightsBuilder};
 
 use crate::set::Corpus;
 
@@ -168,10 +168,14 @@ pub(crate) fn write_common(
             .flat_map(|(tree, conditions)| {
                 let (root, [x, y, z, w]) = (tree.root(), tree.root().rotation.to_array());
                 let shared = [conditions.age, conditions.gravitropism];
-                [x, y, z, w, root.thickness, root.length, shared[0], shared[1]]
+                let own = [x, y, z, w, root.thickness, root.length, shared[0], shared[1]];
+                own.into_iter().chain(conditions.traits.to_array())
             })
             .collect();
-        model.table(format!("roots.{name}"), Table::new(vec![roots.len() / 8, 8], roots)?);
+        model.table(
+            format!("roots.{name}"),
+            Table::new(vec![roots.len() / ROOT_COLUMNS, ROOT_COLUMNS], roots)?,
+        );
     }
     Ok(())
 }

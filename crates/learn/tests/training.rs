@@ -55,6 +55,11 @@ fn ends(tree: &BranchGraph, existence: &Mlp, by_order: &mut BTreeMap<u16, (f64, 
         gravitropism: tree.info.gravitropism,
         species: usize::from(tree.info.species == "elm"),
         tip_radius: synthetic::TIP_RADIUS[usize::from(tree.info.species == "elm")],
+        root_tips: tip_count(
+            tree.root().thickness,
+            synthetic::TIP_RADIUS[usize::from(tree.info.species == "elm")],
+        ),
+        traits: TreeTraits::of(tree),
     };
     let mut scratch = Scratch::new();
     let mut inputs = vec![0.0; situated::len(2)];

@@ -91,13 +91,8 @@ fn measure_generated(
         Row::new(species, "DT"),
         || verb.model.workspace(),
         |work, seed| {
-            let request = Request {
-                species: species.to_owned(),
-                seed: Seed(seed),
-                age: None,
-                gravitropism: None,
-            };
-            let grown = generate(model, &request, Limits::default(), work)?;
+            let grown =
+                generate(model, &Request::new(species, Seed(seed)), Limits::default(), work)?;
             Ok((TreeMetrics::of(&grown.tree), grown.hit_budget))
         },
     )

@@ -1,7 +1,7 @@
 //! `generate`: trees from the networks.
 
 use anyhow::Result;
-use deeptree_generate::{GenerateError, Limits, Request, generate, germ};
+use deeptree_generate::{GenerateError, Limits, Request, Wishes, generate, germ};
 use deeptree_graph::Seed;
 use deeptree_infer::{Model, Predictor, Workspace};
 
@@ -52,6 +52,12 @@ fn request(verb: &args::Generate, age: Option<u16>, seed: u64) -> Request {
         seed: Seed(seed),
         age,
         gravitropism: verb.which.gravitropism,
+        wishes: Wishes {
+            height: verb.height,
+            crown_radius: verb.crown_radius,
+            branches: verb.branches,
+            trunk_length: verb.trunk,
+        },
     }
 }
 

@@ -1,11 +1,11 @@
-//! `.dtree`: a tree as its seed, in 64 bytes.
+//! `.dtree`: a tree as its seed, in 92 bytes.
 //!
 //! The networks named by the model hash grow the same tree from it, bit for bit.
 //!
 //! | bytes | field | |
 //! |---|---|---|
 //! | 0..4 | magic | `DTRE` |
-//! | 4 | version | 1 |
+//! | 4 | version | 2 |
 //! | 5 | species | index in the model's list |
 //! | 6..8 | age | u16, growth cycles |
 //! | 8..24 | model | first 16 bytes of the SHA-256 of the weights |
@@ -14,22 +14,24 @@
 //! | 36..52 | rotation of the root | x y z w, f32, unit quaternion |
 //! | 52..56 | thickness of the root | f32, m |
 //! | 56..60 | length of the root's edge | f32, m |
-//! | 60..64 | CRC-32 (IEEE 802.3) of bytes 0..60 | u32 |
+//! | 60..88 | traits of the tree | 7 × f32, in the order of [`TreeTraits`] |
+//! | 88..92 | CRC-32 (IEEE 802.3) of bytes 0..88 | u32 |
 //!
 //! Little endian. The foot of the tree is the origin.
 
 use glam::Quat;
 
 use crate::graph::ChildSignature;
+use crate::traits::TreeTraits;
 
 /// Length of a `.dtree` file in bytes.
-pub const LEN: usize = 64;
+pub const LEN: usize = 92;
 
 /// The first bytes of a `.dtree` file.
 pub const MAGIC: [u8; 4] = *b"DTRE";
 
 /// The version that is written, and the only one that is read.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 /// How far from 1 the length of the root's quaternion may be, as in a skeleton table.
 const UNIT_TOLERANCE: f32 = 1e-3;
@@ -52,6 +54,8 @@ pub struct SeedFile {
     pub seed: u64,
     /// The root signature; its edge starts at the origin.
     pub root: ChildSignature,
+    /// What the tree as a whole is to be like.
+    pub traits: TreeTraits,
 }
 
 /// Why bytes are not a `.dtree` file.
@@ -96,6 +100,9 @@ impl SeedFile {
         }
         put(&self.root.thickness.to_le_bytes());
         put(&self.root.length.to_le_bytes());
+        for number in self.traits.to_array() {
+            put(&number.to_le_bytes());
+        }
         let checksum = crc32(&out[..CHECKSUM]);
         out[CHECKSUM..].copy_from_slice(&checksum.to_le_bytes());
         out
@@ -136,6 +143,7 @@ impl SeedFile {
                 thickness: number(52),
                 length: number(56),
             },
+            traits: TreeTraits::from_array(std::array::from_fn(|i| number(60 + 4 * i))),
         };
         file.check()?;
         Ok(file)
@@ -156,6 +164,9 @@ impl SeedFile {
             if !value.is_finite() {
                 return Err(ReadSeedFileError::NotFinite { field, value });
             }
+        }
+        if let Some(&value) = self.traits.to_array().iter().find(|x| !x.is_finite()) {
+            return Err(ReadSeedFileError::NotFinite { field: "traits", value });
         }
         for (field, value) in [("thickness", thickness), ("length", length)] {
             if value < 0.0 {

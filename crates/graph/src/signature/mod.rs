@@ -12,6 +12,8 @@ pub mod situated;
 
 use glam::Vec3;
 
+use crate::traits::TreeTraits;
+
 /// Side of the growth space in metres: positions over this lie in the paper's unit cube.
 pub const GROWTH_SPACE: f32 = 64.0;
 
@@ -26,6 +28,10 @@ pub struct TreeConditions {
     pub species: usize,
     /// Radius of a twig that bears one tip, in metres: the unit of the pipe model.
     pub tip_radius: f32,
+    /// Tips of the whole tree: those above its root.
+    pub root_tips: u32,
+    /// What the tree as a whole is like; kind `situated` only.
+    pub traits: TreeTraits,
 }
 
 /// The integer tip count N of the pipe model: `N = (t / t_tip)²`, at least 1.
@@ -75,7 +81,9 @@ mod tests {
     use glam::Quat;
 
     fn conditions() -> TreeConditions {
-        TreeConditions { age: 35.0, gravitropism: -0.1, species: 2, tip_radius: 0.01 }
+        let traits = TreeTraits::of(&tree(0.0));
+        let (species, tip_radius, root_tips) = (2, 0.01, 9);
+        TreeConditions { age: 35.0, gravitropism: -0.1, species, tip_radius, root_tips, traits }
     }
 
     /// A trunk of two internodes with one lateral, turned by `yaw` about the vertical.

@@ -10,6 +10,7 @@ use glam::{Quat, Vec3};
 
 use super::{TreeConditions, Writer, tip_count};
 use crate::graph::{MAX_CHILDREN, Node};
+use crate::traits::TreeTraits;
 
 /// Tip counts up to this have a one-hot of their own.
 const SMALL_TIPS: usize = 16;
@@ -25,6 +26,8 @@ const ORDERS: usize = 7;
 pub const fn len(species: usize) -> usize {
     species
         + 2
+        + 1
+        + TreeTraits::COUNT
         + (2 + SMALL_TIPS + 1)
         + (1 + BRANCH_STEPS)
         + (1 + FORK_STEPS)
@@ -41,7 +44,7 @@ pub const fn len(species: usize) -> usize {
 
 /// Encodes one node.
 ///
-/// In order: s, a, v; ln N, 1/√N and a one-hot of small N; d_s, the distance to the last fork
+/// In order: s, a, v; the tips and traits of the whole tree; ln N, 1/√N and a one-hot of small N; d_s, the distance to the last fork
 /// and d_r, each as a number and a one-hot of whole metres; o, m_p and the slot as one-hots;
 /// q_p and l_p; height and distance from the axis; gravity (as the height of front, up and right), the
 /// position and the outward direction, each in the node's own frame.
@@ -58,6 +61,7 @@ pub fn encode(node: &Node, tree: &TreeConditions, species: usize, out: &mut [f32
     w.one_hot(tree.species, species);
     w.put(tree.age / 50.0);
     w.put(2.0 * tree.gravitropism);
+    put_traits(&mut w, tree);
 
     let tips = tip_count(node.thickness, tree.tip_radius);
     w.put(libm::logf(tips as f32) / 8.0);
@@ -89,6 +93,21 @@ pub fn encode(node: &Node, tree: &TreeConditions, species: usize, out: &mut [f32
     w.put3(own * (axis_distance / (radius + 0.5)));
     w.put3(own * outward_from_crown(node.position));
     debug_assert_eq!(w.at, len(species));
+}
+
+/// What the whole tree is like, each number near 0 and spread by about 1 over trees.
+fn put_traits(w: &mut Writer<'_>, tree: &TreeConditions) {
+    let tips = tree.root_tips as f32;
+    let TreeTraits { nodes, branches, longest_path, mean_path, crown_radius, height, trunk_length } =
+        tree.traits;
+    w.put(2.0 * (libm::logf(tips) - 7.5));
+    w.put(6.0 * libm::logf(nodes / tips));
+    w.put(6.0 * (libm::logf(branches / tips) + 1.0));
+    w.put((longest_path - 32.0) / 4.0);
+    w.put((mean_path - 18.0) / 3.0);
+    w.put((crown_radius - 15.0) / 4.0);
+    w.put((height - 25.0) / 4.0);
+    w.put((trunk_length - 22.0) / 4.0);
 }
 
 /// Direction from the axis at 0.7 of the node's height to the node: roughly away from the

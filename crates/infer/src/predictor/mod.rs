@@ -13,7 +13,7 @@ use crate::kernels::SimdPath;
 use crate::mlp::{Mlp, Scratch};
 use crate::weights::{ModelKind, ReadWeightsError, Weights};
 use paper::Paper;
-pub use roots::Root;
+pub use roots::{ROOT_COLUMNS, Root};
 use situated::Situated;
 
 /// A node whose children are to be drawn.

@@ -1,6 +1,6 @@
 //! The roots of the training trees: where a new tree starts.
 
-use deeptree_graph::{ChildSignature, Quat};
+use deeptree_graph::{ChildSignature, Quat, TreeTraits};
 
 use crate::weights::{ReadWeightsError, Weights};
 
@@ -13,12 +13,17 @@ pub struct Root {
     pub age: f32,
     /// v: gravitropism.
     pub gravitropism: f32,
+    /// What the tree as a whole is like.
+    pub traits: TreeTraits,
 }
 
-/// Reads the table `roots.<species>`: qx, qy, qz, qw, thickness, length, age, gravitropism a row.
+/// Columns of a root: qx, qy, qz, qw, thickness, length, age, gravitropism, and the traits.
+pub const ROOT_COLUMNS: usize = 8 + TreeTraits::COUNT;
+
+/// Reads the table `roots.<species>`: [`ROOT_COLUMNS`] numbers a row.
 pub(super) fn read(weights: &Weights, species: &str) -> Result<Vec<Root>, ReadWeightsError> {
     let name = format!("roots.{species}");
-    let table = weights.table(&name, &[None, Some(8)])?;
+    let table = weights.table(&name, &[None, Some(ROOT_COLUMNS)])?;
     if table.rows() == 0 {
         return Err(ReadWeightsError::NoRoots { species: species.to_owned() });
     }
@@ -35,10 +40,15 @@ pub(super) fn read(weights: &Weights, species: &str) -> Result<Vec<Root>, ReadWe
             if !(is_whole && (0.0..=f32::from(u16::MAX)).contains(&age)) {
                 return Err(ReadWeightsError::BadAge { tensor: name.clone(), row: i, age });
             }
+            let traits = TreeTraits::from_array(std::array::from_fn(|column| row[8 + column]));
+            if !traits.is_sound() {
+                return Err(ReadWeightsError::BadTraits { tensor: name.clone(), row: i });
+            }
             Ok(Root {
                 signature: ChildSignature { rotation, thickness: row[4], length: row[5] },
                 age,
                 gravitropism,
+                traits,
             })
         })
         .collect()

@@ -46,6 +46,8 @@ pub enum ReadWeightsError {
     NotUnit { tensor: String, row: usize },
     #[error("tensor `{tensor}`: row {row} has age {age}; it must be a whole number up to 65535")]
     BadAge { tensor: String, row: usize, age: f32 },
+    #[error("tensor `{tensor}`: row {row} has traits that no tree has")]
+    BadTraits { tensor: String, row: usize },
     #[error("the model has no root of a `{species}` to start a tree from; train it again")]
     NoRoots { species: String },
     #[error(

@@ -1,0 +1,97 @@
+//! What one tree as a whole is like.
+
+use crate::graph::BranchGraph;
+
+/// A handful of numbers of a whole tree. Every node carries them like its age, so that trees differ
+/// from each other as much as the teacher's do; a purely local signature evens them out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TreeTraits {
+    /// Nodes of the tree.
+    pub nodes: f32,
+    /// Gravelius branches of the tree.
+    pub branches: f32,
+    /// Longest way from the foot to a node, in metres.
+    pub longest_path: f32,
+    /// Mean way from the foot to the nodes, in metres.
+    pub mean_path: f32,
+    /// Distance of the outermost node from the axis, in metres.
+    pub crown_radius: f32,
+    /// Height of the highest node, in metres.
+    pub height: f32,
+    /// Length of the branch of order 0, in metres.
+    pub trunk_length: f32,
+}
+
+impl TreeTraits {
+    /// How many numbers they are.
+    pub const COUNT: usize = 7;
+
+    /// The traits of a tree whose foot is the origin.
+    #[must_use]
+    pub fn of(tree: &BranchGraph) -> Self {
+        let nodes = tree.nodes();
+        let most = |of: fn(&crate::Node) -> f32| nodes.iter().map(of).fold(0.0, f32::max);
+        let paths: f64 = nodes.iter().map(|node| f64::from(node.root_distance)).sum();
+        let starts = |node: &&crate::Node| node.parent.is_none() || node.slot > 0;
+        Self {
+            nodes: nodes.len() as f32,
+            branches: nodes.iter().filter(starts).count() as f32,
+            longest_path: most(|node| node.root_distance),
+            mean_path: (paths / nodes.len() as f64) as f32,
+            crown_radius: most(|node| {
+                let (x, z) = (node.position.x, node.position.z);
+                libm::sqrtf(x * x + z * z)
+            }),
+            height: most(|node| node.position.y),
+            trunk_length: most(|node| if node.order == 0 { node.branch_distance } else { 0.0 }),
+        }
+    }
+
+    /// The numbers in the order of the fields.
+    #[must_use]
+    pub const fn to_array(self) -> [f32; Self::COUNT] {
+        let Self { nodes, branches, longest_path, mean_path, crown_radius, height, trunk_length } =
+            self;
+        [nodes, branches, longest_path, mean_path, crown_radius, height, trunk_length]
+    }
+
+    /// The inverse of [`Self::to_array`].
+    #[must_use]
+    pub const fn from_array(numbers: [f32; Self::COUNT]) -> Self {
+        let [nodes, branches, longest_path, mean_path, crown_radius, height, trunk_length] =
+            numbers;
+        Self { nodes, branches, longest_path, mean_path, crown_radius, height, trunk_length }
+    }
+
+    /// Are all numbers finite, and those that count or measure a tree above 0?
+    #[must_use]
+    pub fn is_sound(self) -> bool {
+        let Self { nodes, branches, mean_path, .. } = self;
+        self.to_array().iter().all(|x| (0.0..1e9).contains(x))
+            && nodes > 0.0
+            && branches > 0.0
+            && mean_path > 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ChildSignature, Quat, TreeInfo, Vec3};
+
+    #[test]
+    fn traits_of_a_t_are_those_worked_out_by_hand() {
+        let info = TreeInfo { species: "oak".into(), age: 1, gravitropism: 0.0, seed: 0 };
+        let edge = |degrees: f32, length| {
+            let rotation = Quat::from_rotation_x(degrees.to_radians());
+            Some(ChildSignature { rotation, thickness: 0.1, length })
+        };
+        // Two metres up; on top an apical metre straight on and a lateral of 3 m to the side.
+        let mut tree = BranchGraph::new(info, Vec3::ZERO, edge(90.0, 2.0).unwrap());
+        tree.grow(0, [edge(0.0, 1.0), edge(90.0, 3.0), None]);
+        let traits = TreeTraits::of(&tree).to_array();
+        let expected = [3.0, 2.0, 5.0, 10.0 / 3.0, 3.0, 3.0, 3.0];
+        assert!(traits.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5), "{traits:?}");
+        assert_eq!(TreeTraits::from_array(traits).to_array(), traits);
+    }
+}
