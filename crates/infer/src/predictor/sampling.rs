@@ -53,7 +53,7 @@ pub(super) fn split(outputs: &[f32], tips: u32, children: u32, draws: &mut Draws
     let u = draws.open_uniform();
     let z = f64::from(outputs[components + i]) + f64::from(scale) * libm::log(u / (1.0 - u));
     let share = 1.0 / (1.0 + libm::exp(-z));
-    share.is_finite().then(|| 1 + ((share * f64::from(bins)) as u32).min(bins - 1))
+    z.is_finite().then(|| 1 + ((share * f64::from(bins)) as u32).min(bins - 1))
 }
 
 /// Draws a turn from a mixture of Gaussian laws with independent components.
