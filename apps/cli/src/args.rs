@@ -108,6 +108,9 @@ pub(crate) struct Generate {
     /// Length of the trunk in metres.
     #[arg(long, value_name = "M", value_parser = finite)]
     pub(crate) trunk: Option<f32>,
+    /// Take the nearest that the model has seen where it is asked for more or less, with a warning.
+    #[arg(long)]
+    pub(crate) force: bool,
     /// Nodes a tree may have.
     #[arg(long, default_value_t = deeptree_generate::DEFAULT_BUDGET as u32, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) budget: u32,

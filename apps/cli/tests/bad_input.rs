@@ -31,6 +31,8 @@ fn numbers_that_cannot_be_are_refused() {
     desk.fails(&["grow", "oak", "--gravitropism", "7", "-o", "a.glb"], USAGE, "between -1 and 1");
     desk.fails(&["grow", "oak", "--age", "3.5", "-o", "a.glb"], USAGE, "whole number");
     desk.fails(&["generate", "oak", "--age", "3", "-o", "a.glb"], USAGE, "age");
+    desk.fails(&["generate", "oak", "--height", "300", "-o", "a.glb"], USAGE, "of height");
+    desk.fails(&["generate", "oak", "--height", "NaN", "-o", "a.glb"], USAGE, "finite");
     desk.fails(&["generate", "oak", "--budget", "0", "-o", "a.glb"], USAGE, "--budget");
     desk.fails(&["generate", "oak", "--simd", "mmx", "-o", "a.glb"], USAGE, "mmx");
 }

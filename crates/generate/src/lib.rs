@@ -12,6 +12,7 @@ use deeptree_graph::signature::{GROWTH_SPACE, TreeConditions, tip_count};
 use deeptree_graph::{BranchGraph, Lineage, Purpose, Seed, TreeInfo, Vec3};
 use deeptree_infer::{Active, Branchlet, Predictor, Root, Workspace};
 
+use wish::Wish;
 pub use wish::Wishes;
 
 /// Nodes a tree may have unless another budget is asked for.
@@ -136,8 +137,8 @@ pub fn germ(model: &impl Predictor, request: &Request) -> Result<Germ, GenerateE
     let gravitropisms = roots.iter().map(|root| root.gravitropism);
     check_range(request, "gravitropism", request.gravitropism, gravitropisms)?;
 
-    for (what, wish, of) in request.wishes.made() {
-        check_range(request, what, Some(wish), roots.iter().map(|root| of(&root.traits)))?;
+    for Wish { what, value, of } in request.wishes.made() {
+        check_range(request, what, Some(value), roots.iter().map(|root| of(&root.traits)))?;
     }
 
     let distance = |root: &Root| {
@@ -157,6 +158,35 @@ pub fn germ(model: &impl Predictor, request: &Request) -> Result<Germ, GenerateE
     Ok(Germ { species, seed: request.seed, root })
 }
 
+/// The wishes, moved into the range of what the model has seen of the species.
+///
+/// # Errors
+///
+/// When the model does not know the species, or a wish is not finite.
+pub fn clamp_wishes(
+    model: &impl Predictor,
+    species: &str,
+    wishes: Wishes,
+) -> Result<Wishes, GenerateError> {
+    let number = model.species().iter().position(|name| name == species);
+    let number = number.ok_or_else(|| GenerateError::UnknownSpecies {
+        name: species.to_owned(),
+        known: model.species().to_vec(),
+    })?;
+    if let Some(Wish { what, value, .. }) = wishes.made().find(|wish| !wish.value.is_finite()) {
+        return Err(GenerateError::NotFinite { what, value });
+    }
+    Ok(wishes.map(|wish| {
+        let seen = model.roots(number).iter().map(|root| (wish.of)(&root.traits));
+        let (low, high) = range(seen);
+        wish.value.clamp(low, high)
+    }))
+}
+
+fn range(seen: impl Iterator<Item = f32>) -> (f32, f32) {
+    seen.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+}
+
 fn check_range(
     request: &Request,
     what: &'static str,
@@ -167,8 +197,7 @@ fn check_range(
     if !value.is_finite() {
         return Err(GenerateError::NotFinite { what, value });
     }
-    let (low, high) =
-        seen.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+    let (low, high) = range(seen);
     if (low..=high).contains(&value) {
         Ok(())
     } else {

@@ -27,6 +27,14 @@ pub struct Wishes {
     pub trunk_length: Option<f32>,
 }
 
+/// One wish: its name, its value, and the trait of a tree it is about.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wish {
+    pub(crate) what: &'static str,
+    pub(crate) value: f32,
+    pub(crate) of: fn(&TreeTraits) -> f32,
+}
+
 /// ln of the tips, then the seven traits; counts as logarithms.
 const STATES: usize = 1 + TreeTraits::COUNT;
 
@@ -39,15 +47,30 @@ const TRUNK_LENGTH: usize = 7;
 type State = [f64; STATES];
 
 impl Wishes {
-    /// The wishes that were made: name, value, and the trait of a tree they are about.
-    pub(crate) fn made(&self) -> impl Iterator<Item = (&'static str, f32, fn(&TreeTraits) -> f32)> {
-        let all: [(&'static str, Option<f32>, fn(&TreeTraits) -> f32); 4] = [
-            ("height", self.height, |t| t.height),
-            ("crown radius", self.crown_radius, |t| t.crown_radius),
-            ("branches", self.branches, |t| t.branches),
-            ("trunk", self.trunk_length, |t| t.trunk_length),
-        ];
-        all.into_iter().filter_map(|(name, wish, of)| Some((name, wish?, of)))
+    /// The wishes that were made.
+    pub(crate) fn made(&self) -> impl Iterator<Item = Wish> {
+        let Self { height, crown_radius, branches, trunk_length } = *self;
+        let height = height.map(|value| Wish { what: "height", value, of: |t| t.height });
+        let crown =
+            crown_radius.map(|value| Wish { what: "crown radius", value, of: |t| t.crown_radius });
+        let branches = branches.map(|value| Wish { what: "branches", value, of: |t| t.branches });
+        let trunk = trunk_length.map(|value| Wish { what: "trunk", value, of: |t| t.trunk_length });
+        [height, crown, branches, trunk].into_iter().flatten()
+    }
+
+    /// The same wishes, each moved by `move_to`.
+    pub(crate) fn map(self, move_to: impl Fn(Wish) -> f32) -> Self {
+        let mut moved = self;
+        for wish in self.made() {
+            let value = Some(move_to(wish));
+            match wish.what {
+                "height" => moved.height = value,
+                "crown radius" => moved.crown_radius = value,
+                "branches" => moved.branches = value,
+                _ => moved.trunk_length = value,
+            }
+        }
+        moved
     }
 
     /// Pairs of a state's index and the value it is to have.
@@ -150,8 +173,9 @@ fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
         }
         for row in column + 1..n {
             let factor = matrix[row][column] / matrix[column][column];
-            for k in column..n {
-                matrix[row][k] -= factor * matrix[column][k];
+            let (above, below) = matrix.split_at_mut(row);
+            for (x, pivot) in below[0].iter_mut().zip(&above[column]).skip(column) {
+                *x -= factor * pivot;
             }
             right[row] -= factor * right[column];
         }

@@ -1,11 +1,12 @@
 //! What holds for every tree that the shipped model generates.
+#![allow(clippy::unwrap_used, reason = "a test that cannot set its stage has failed")]
 
 use deeptree_generate::{
-    DEFAULT_BUDGET, GenerateError, Generated, Limits, Request, generate, regenerate,
+    DEFAULT_BUDGET, GenerateError, Generated, Limits, Request, Wishes, generate, regenerate,
 };
-use deeptree_graph::Seed;
 use deeptree_graph::codec::csv::CsvWriter;
 use deeptree_graph::signature::tip_count;
+use deeptree_graph::{Seed, TreeTraits};
 use deeptree_infer::{Model, Predictor, SimdPath, Workspace};
 use sha2::{Digest, Sha256};
 
@@ -134,6 +135,22 @@ fn a_budget_cuts_a_tree_to_the_same_start_of_it_and_says_so() {
         assert_eq!(positions(&cut.tree), positions(&whole)[..cut.tree.len()]);
     }
     assert_eq!(DEFAULT_BUDGET, 50_000);
+}
+
+#[test]
+fn trees_come_as_high_as_they_are_asked_to() {
+    let model = shipped();
+    let mut work = Workspace::default();
+    for (species, asked) in [("oak", 22.0), ("oak", 26.0), ("tulip", 40.0), ("maple", 23.0)] {
+        let wishes = Wishes { height: Some(asked), ..Wishes::default() };
+        let heights: Vec<f32> = (0..12)
+            .map(|seed| Request { wishes, ..request(species, seed) })
+            .map(|request| generate(&model, &request, Limits::default(), &mut work).unwrap())
+            .map(|grown| TreeTraits::of(&grown.tree).height)
+            .collect();
+        let mean = heights.iter().sum::<f32>() / heights.len() as f32;
+        assert!((mean / asked - 1.0).abs() < 0.05, "{species}: asked {asked} m, got {mean} m");
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! `generate`: trees from the networks.
 
 use anyhow::Result;
-use deeptree_generate::{GenerateError, Limits, Request, Wishes, generate, germ};
+use deeptree_generate::{GenerateError, Limits, Request, Wishes, clamp_wishes, generate, germ};
 use deeptree_graph::Seed;
 use deeptree_infer::{Model, Predictor, Workspace};
 
@@ -21,8 +21,15 @@ pub(crate) fn run(args: &Args, verb: &args::Generate) -> Result<()> {
     let mut target = Target::new(&verb.out.output, verb.out.format, count, verb.out.lod)?;
     target.model = Some(model.hash());
     let age = verb.which.age.map(whole_age).transpose()?;
+    let wishes = wishes(args, verb, &model)?;
+    let request = |seed| Request {
+        age,
+        gravitropism: verb.which.gravitropism,
+        wishes,
+        ..Request::new(&verb.which.species, Seed(seed))
+    };
     // A bad age or gravitropism is told before anything is made.
-    germ(&model, &request(verb, age, verb.which.seed)).map_err(asked_too_much)?;
+    germ(&model, &request(verb.which.seed)).map_err(asked_too_much)?;
 
     let limits = Limits { budget: verb.budget as usize, batch: verb.batch as usize };
     making::run(
@@ -31,7 +38,7 @@ pub(crate) fn run(args: &Args, verb: &args::Generate) -> Result<()> {
         &verb.out,
         &target,
         || verb.model.workspace(),
-        |work, seed| one(&model, &request(verb, age, seed), limits, work),
+        |work, seed| one(&model, &request(seed), limits, work),
     )
 }
 
@@ -46,19 +53,22 @@ fn one(model: &Model, request: &Request, limits: Limits, work: &mut Workspace) -
     })
 }
 
-fn request(verb: &args::Generate, age: Option<u16>, seed: u64) -> Request {
-    Request {
-        species: verb.which.species.clone(),
-        seed: Seed(seed),
-        age,
-        gravitropism: verb.which.gravitropism,
-        wishes: Wishes {
-            height: verb.height,
-            crown_radius: verb.crown_radius,
-            branches: verb.branches,
-            trunk_length: verb.trunk,
-        },
+/// What is asked of each tree as a whole; with `--force` within what the model has seen.
+fn wishes(args: &Args, verb: &args::Generate, model: &Model) -> Result<Wishes> {
+    let asked = Wishes {
+        height: verb.height,
+        crown_radius: verb.crown_radius,
+        branches: verb.branches,
+        trunk_length: verb.trunk,
+    };
+    if !verb.force {
+        return Ok(asked);
     }
+    let granted = clamp_wishes(model, &verb.which.species, asked)?;
+    if granted != asked && !args.quiet {
+        eprintln!("deeptree: asked for {asked:?}, the nearest the model has seen is {granted:?}");
+    }
+    Ok(granted)
 }
 
 /// What the model cannot do is a wrong request.
