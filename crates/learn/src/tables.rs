@@ -6,8 +6,9 @@ use deeptree_infer::{ROOT_COLUMNS, ReadWeightsError, Table, WeightsBuilder};
 
 use crate::set::Corpus;
 
-/// Quantiles of the edge length that are kept: 0, 1/64 … 1.
-pub(crate) const QUANTILES: usize = 65;
+/// Quantiles of the edge length that are kept: 0, 1/512 … 1. The law is uniform between two of them,
+/// so with few the rarest lengths, at both ends, would come too often.
+pub(crate) const QUANTILES: usize = 513;
 
 /// Least deviation of a rotation, in radians: some directions are the same in all trees of a
 /// species, and a law must have a width.
@@ -202,9 +203,9 @@ mod tests {
 
     #[test]
     fn quantiles_of_evenly_spaced_values_are_evenly_spaced() {
-        let mut values: Vec<f32> = (0..=640).rev().map(|i| i as f32 / 640.0).collect();
+        let mut values: Vec<f32> = (0..=5120).rev().map(|i| i as f32 / 5120.0).collect();
         for (i, q) in quantiles(&mut values).into_iter().enumerate() {
-            assert!((q - i as f32 / 64.0).abs() < 1e-6);
+            assert!((q - i as f32 / 512.0).abs() < 1e-6);
         }
         assert_eq!(quantiles(&mut [2.5]), [2.5; QUANTILES]);
         assert_eq!(quantiles(&mut []), [0.0; QUANTILES]);

@@ -211,6 +211,7 @@ mod tests {
             gravitropism: -0.25,
             seed: 0x1122_3344_5566_7788,
             root: ChildSignature { rotation: Quat::IDENTITY, thickness: 0.5, length: 1.0 },
+            traits: TreeTraits::from_array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]),
         }
     }
 
@@ -228,13 +229,15 @@ mod tests {
 
     /// Should these bytes change, files written before can no longer be read: raise [`VERSION`].
     #[test]
-    fn version_1_keeps_its_bytes() {
+    fn version_2_keeps_its_bytes() {
         let mut expected = Vec::new();
-        expected.extend(b"DTRE\x01\x03\x23\x000123456789abcdef");
+        expected.extend(b"DTRE\x02\x03\x23\x000123456789abcdef");
         expected.extend(b"\x88\x77\x66\x55\x44\x33\x22\x11\x00\x00\x80\xbe");
         expected.extend([0; 12]);
         expected.extend(b"\x00\x00\x80\x3f\x00\x00\x00\x3f\x00\x00\x80\x3f");
-        expected.extend(b"\xc0\x7c\xe4\xfc");
+        expected.extend(b"\x00\x00\x80\x3f\x00\x00\x00\x40\x00\x00\x40\x40\x00\x00\x80\x40");
+        expected.extend(b"\x00\x00\xa0\x40\x00\x00\xc0\x40\x00\x00\xe0\x40");
+        expected.extend(b"\x73\x32\xde\x43");
         assert_eq!(sample().to_bytes()[..], expected);
     }
 
@@ -248,12 +251,12 @@ mod tests {
             error(&sealed(bytes))
         };
         assert_eq!(error(&[]), ReadSeedFileError::Length { found: 0 });
-        assert_eq!(error(&good[..63]), ReadSeedFileError::Length { found: 63 });
-        assert_eq!(error(&[good, good].concat()), ReadSeedFileError::Length { found: 128 });
+        assert_eq!(error(&good[..91]), ReadSeedFileError::Length { found: 91 });
+        assert_eq!(error(&[good, good].concat()), ReadSeedFileError::Length { found: 184 });
         assert_eq!(error(b"glTF...."), ReadSeedFileError::Magic { found: *b"glTF" });
         let mut newer = good;
-        newer[4] = 2;
-        assert_eq!(error(&newer), ReadSeedFileError::Version { found: 2 });
+        newer[4] = 3;
+        assert_eq!(error(&newer), ReadSeedFileError::Version { found: 3 });
         let mut damaged = good;
         damaged[30] ^= 4;
         assert!(matches!(error(&damaged), ReadSeedFileError::Checksum { .. }));
@@ -265,6 +268,7 @@ mod tests {
             with(36, f32::INFINITY),
             ReadSeedFileError::NotFinite { field: "qx", .. }
         ));
+        assert!(matches!(with(60, f32::NAN), ReadSeedFileError::NotFinite { field: "traits", .. }));
         assert!(matches!(with(56, -1.0), ReadSeedFileError::Negative { field: "length", .. }));
         assert_eq!(with(48, 2.0), ReadSeedFileError::NotUnit { norm: 2.0 });
     }
@@ -283,7 +287,8 @@ mod tests {
             let root = random_tree(seed, 1).nodes()[0].clone();
             let (rotation, thickness, length) = (root.rotation, root.thickness, root.length);
             let root = ChildSignature { rotation, thickness, length };
-            let file = SeedFile { model, species, age, gravitropism, seed, root };
+            let traits = TreeTraits::of(&random_tree(seed, 9));
+            let file = SeedFile { model, species, age, gravitropism, seed, root, traits };
             let back = SeedFile::from_bytes(&file.to_bytes()).unwrap();
             prop_assert_eq!(back, file);
             prop_assert_eq!(back.to_bytes(), file.to_bytes());

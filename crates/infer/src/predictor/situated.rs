@@ -84,7 +84,7 @@ impl Situated {
             return Err(ReadWeightsError::Shape {
                 tensor: "length_quantiles".to_owned(),
                 shape: length_quantiles.shape().to_vec(),
-                expected: vec![Some(species), Some(65)],
+                expected: vec![Some(species), Some(513)],
             });
         }
         Ok(Self {
