@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod metrics;
+pub mod perceptual;
 pub mod published;
 mod table;
 
