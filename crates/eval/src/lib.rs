@@ -2,9 +2,16 @@
 
 #![forbid(unsafe_code)]
 
+pub mod auc;
+pub mod distances;
+pub mod memorisation;
 mod metrics;
+pub mod perceptual;
 pub mod published;
 mod table;
+pub mod tree_features;
+#[cfg(feature = "two-sample")]
+pub mod two_sample;
 
 pub use metrics::{METRICS, Metric, Moments, TreeMetrics};
 pub use table::{Row, Table};
