@@ -10,8 +10,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use deeptree_graph::signature::situated::{self, Branching, CLASSES};
 use deeptree_graph::signature::{TreeConditions, tip_count};
-use deeptree_graph::{BranchGraph, Quat, Vec3};
-use deeptree_infer::{Mlp, ModelKind, Scratch, SimdPath, Weights};
+use deeptree_graph::{BranchGraph, Quat, TreeTraits, Vec3};
+use deeptree_infer::{Mlp, ModelKind, ROOT_COLUMNS, Scratch, SimdPath, Weights};
 use deeptree_learn::{
     Kind, NetworkOptions, Silent, TrainError, TrainEvent, TrainOptions, TrainProgress,
     TrainedModel, TrainingSet, train,
@@ -257,12 +257,13 @@ fn roots_and_tip_radii_are_those_of_the_training_trees() {
     for kind in [Kind::Situated, Kind::Paper] {
         let options = TrainOptions { epochs: 1, steps_per_epoch: Some(1), ..tiny(kind) };
         let weights = weights(&run(&set, &options));
-        let roots = weights.table("roots.elm", &[Some(3), Some(8)]).unwrap();
+        let roots = weights.table("roots.elm", &[Some(3), Some(ROOT_COLUMNS)]).unwrap();
         let tree = &set.train[1];
         assert_eq!(tree.info.species, "elm");
         assert_eq!(&roots.row(0)[..4], &tree.root().rotation.to_array());
         let rest = [tree.root().thickness, 1.0, tree.info.age as f32, -0.1];
-        assert_eq!(&roots.row(0)[4..], &rest);
+        assert_eq!(&roots.row(0)[4..8], &rest);
+        assert_eq!(&roots.row(0)[8..], &TreeTraits::of(tree).to_array());
         assert_eq!(
             weights.table("tip_radius", &[Some(2)]).unwrap().values(),
             synthetic::TIP_RADIUS

@@ -95,6 +95,15 @@ pub fn encode(node: &Node, tree: &TreeConditions, species: usize, out: &mut [f32
     debug_assert_eq!(w.at, len(species));
 }
 
+/// Where the tips and traits of the whole tree stand in [`encode`].
+///
+/// They are for existence and split. Rotations are not told them, and read zeros there: eight
+/// numbers name a training tree, and a network would learn its twigs by heart.
+#[must_use]
+pub const fn traits(species: usize) -> std::ops::Range<usize> {
+    species + 2..species + 3 + TreeTraits::COUNT
+}
+
 /// What the whole tree is like, each number near 0 and spread by about 1 over trees.
 fn put_traits(w: &mut Writer<'_>, tree: &TreeConditions) {
     let tips = tree.root_tips as f32;

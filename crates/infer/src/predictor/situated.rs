@@ -115,6 +115,9 @@ impl Situated {
         }
         let mut drafts = self.draw_branchings(frontier, work)?;
         self.draw_splits(features, frontier, work, &mut drafts)?;
+        for row in work.nodes.chunks_exact_mut(features) {
+            row[situated::traits(species)].fill(0.0);
+        }
         for slot in 0..MAX_CHILDREN {
             self.draw_children(slot, features, frontier, work, &mut drafts, branchlets)?;
         }

@@ -63,6 +63,7 @@ impl Task for Rotation<'_> {
         let rest = self.lesson.encode(spot, inputs);
         let earlier = &siblings[..self.slot];
         situated::encode_rotation(shares.branching(), shares.tips, tips, earlier, rest);
+        inputs[situated::traits(self.lesson.species)].fill(0.0);
         for component in targets.chunks_exact_mut(3) {
             component.copy_from_slice(&turn.to_array());
         }
