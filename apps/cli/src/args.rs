@@ -197,9 +197,15 @@ pub(crate) struct Evaluate {
     /// The species, separated by commas, or all.
     #[arg(long, default_value = "all")]
     pub(crate) species: String,
-    /// Trees of each species, grown and generated.
-    #[arg(long, default_value_t = 500, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
-    pub(crate) trees: u32,
+    /// Trees of each species, grown and generated [default: 500, or 24 with --quick].
+    #[arg(long, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) trees: Option<u32>,
+    /// The chapters, separated by commas, or all.
+    #[arg(long, default_value = "all", value_name = "LIST")]
+    pub(crate) chapters: String,
+    /// Everything small, in a few minutes.
+    #[arg(long)]
+    pub(crate) quick: bool,
     /// Seed of the first tree; the default is far from the seeds of a corpus.
     #[arg(long, default_value_t = 1_000_000, allow_negative_numbers = true)]
     pub(crate) seed: u64,
@@ -211,7 +217,8 @@ pub(crate) struct Evaluate {
     pub(crate) side: String,
     #[command(flatten)]
     pub(crate) model: ModelChoice,
-    /// The folder of the report: table.csv and table.json.
+    /// The folder of the report: report.html, and each chapter's figures as CSV and JSON. A run
+    /// that was cut off is continued.
     #[arg(long, short, value_name = "DIR")]
     pub(crate) output: PathBuf,
 }

@@ -8,6 +8,7 @@ pub mod memorisation;
 mod metrics;
 pub mod perceptual;
 pub mod published;
+pub mod report;
 mod table;
 pub mod tree_features;
 #[cfg(feature = "two-sample")]

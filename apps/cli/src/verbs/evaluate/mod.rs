@@ -1,0 +1,56 @@
+//! `evaluate`: teacher beside learner, beside the paper, chapter by chapter.
+
+mod study;
+mod table;
+
+use std::fs;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use deeptree_eval::report::{Chapter, Report};
+use serde_json::json;
+
+use crate::args::{self, Args, UsageError};
+use crate::report;
+use study::Study;
+
+/// What a chapter is called, and what makes it.
+type Maker = fn(&Study<'_>) -> Result<Chapter>;
+
+/// The chapters of a report, in their order.
+const CHAPTERS: [(&str, Maker); 1] = [("table", table::chapter)];
+
+/// Runs the chapters asked for. The page is written anew after each, so that a run that is cut off
+/// leaves what it had; the next one goes on from the parts that are done.
+pub(crate) fn run(args: &Args, verb: &args::Evaluate) -> Result<()> {
+    let chosen = chosen(&verb.chapters)?;
+    fs::create_dir_all(&verb.output)
+        .with_context(|| format!("cannot create the folder {}", verb.output.display()))?;
+    let study = Study::new(args, verb)?;
+    let mut page =
+        Report { title: "DeepTree: evaluation".to_owned(), facts: study.facts(), chapters: vec![] };
+    let start = Instant::now();
+    for (name, make) in chosen {
+        let chapter = make(&study).with_context(|| format!("chapter {name}"))?;
+        page.chapters.push(chapter);
+        study.save("report.html", page.html().as_bytes())?;
+    }
+    let path = verb.output.join("report.html");
+    let text = format!("{} in {:.0} s", path.display(), start.elapsed().as_secs_f64());
+    report::say(args, &json!({ "report": path }), &text, false);
+    Ok(())
+}
+
+/// The chapters of a list of names separated by commas, or all.
+fn chosen(names: &str) -> Result<Vec<(&'static str, Maker)>, UsageError> {
+    if names == "all" {
+        return Ok(CHAPTERS.to_vec());
+    }
+    let known = || CHAPTERS.map(|(name, _)| name).join(", ");
+    if let Some(name) = names.split(',').find(|name| CHAPTERS.iter().all(|(n, _)| n != name)) {
+        let text = format!("there is no chapter '{name}'; there are {}", known());
+        return Err(UsageError(text));
+    }
+    let asked: Vec<&str> = names.split(',').collect();
+    Ok(CHAPTERS.into_iter().filter(|(name, _)| asked.contains(name)).collect())
+}
