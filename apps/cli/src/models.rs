@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use deeptree_infer::{Model, Workspace};
+use deeptree_infer::{Model, Weights, Workspace};
 
 use crate::args::{ModelChoice, UsageError};
 
@@ -13,11 +13,20 @@ const PAPER: &[u8] = include_bytes!("../../../models/paper.safetensors");
 impl ModelChoice {
     /// Loads the model: one that ships by its name, else a file.
     pub(crate) fn load(&self) -> Result<Model> {
+        Model::from_weights(&self.weights()?).with_context(|| self.no_model())
+    }
+
+    /// The numbers of the model.
+    pub(crate) fn weights(&self) -> Result<Weights> {
         match self.model.to_str() {
-            Some("situated") => Ok(Model::from_bytes(SITUATED)?),
-            Some("paper") => Ok(Model::from_bytes(PAPER)?),
-            _ => load_file(&self.model),
+            Some("situated") => Ok(Weights::from_bytes(SITUATED)?),
+            Some("paper") => Ok(Weights::from_bytes(PAPER)?),
+            _ => Weights::from_bytes(&read(&self.model)?).with_context(|| self.no_model()),
         }
+    }
+
+    fn no_model(&self) -> String {
+        format!("{} is no model", self.model.display())
     }
 
     /// Memory for predictions on the chosen instruction set.
@@ -35,12 +44,11 @@ impl ModelChoice {
     }
 }
 
-fn load_file(path: &Path) -> Result<Model> {
-    let bytes = std::fs::read(path).with_context(|| {
+fn read(path: &Path) -> Result<Vec<u8>> {
+    std::fs::read(path).with_context(|| {
         format!(
             "cannot read the model {}; the models that ship are situated and paper",
             path.display()
         )
-    })?;
-    Model::from_bytes(&bytes).with_context(|| format!("{} is no model", path.display()))
+    })
 }
