@@ -6,7 +6,7 @@ use crate::density::{Law, Place};
 use crate::wish::{Wish, Wishes};
 use crate::{GenerateError, Request};
 
-/// How far the nearest root may be from what is asked for: ten growth cycles, or a fifth of
+/// How far the nearest root may be from what is asked for: five growth cycles, or a fifth of
 /// gravitropism. Ages and values that no training tree had are drawn for from both sides.
 const FURTHEST: f64 = 1.0;
 

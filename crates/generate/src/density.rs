@@ -1,7 +1,7 @@
 //! The law of roots, given the species, the age and the gravitropism.
 //!
 //! The roots of the training trees nearest to what is asked for stand for their law there. Around
-//! an age a and gravitropism v, told as x = (a / 10, 5 v), their states z follow a line:
+//! an age a and gravitropism v, told as x = (a / 5, 5 v), their states z follow a line:
 //!
 //! `z_i = m + B (x_i − x) + r_i`,
 //!
@@ -52,9 +52,10 @@ impl Place {
         Self { age: root.age, gravitropism: root.gravitropism }
     }
 
-    /// Where the law is told from: a unit is ten growth cycles, or a fifth of gravitropism.
+    /// Where the law is told from: a unit is five growth cycles, or a fifth of gravitropism. With
+    /// ten cycles instead, the steps in which some species thin out are smoothed away.
     fn x(self) -> [f64; 2] {
-        [f64::from(self.age) / 10.0, 5.0 * f64::from(self.gravitropism)]
+        [f64::from(self.age) / 5.0, 5.0 * f64::from(self.gravitropism)]
     }
 
     /// How far apart two places are, in those units.
@@ -300,14 +301,14 @@ pub(crate) mod tests {
     /// age and gravitropism, and what eight independent normal numbers are multiplied by.
     const MIDDLE: State = [7.5, 8.0, 40.0, 6.5, 20.0, 12.0, 25.0, 22.0];
     const SLOPES: [[f64; 2]; STATES] = [
-        [0.5, 0.1],
-        [0.6, -0.1],
-        [3.0, 0.5],
-        [0.5, 0.0],
-        [2.0, -0.3],
-        [1.5, 0.4],
-        [2.5, -0.8],
-        [2.0, -0.5],
+        [0.25, 0.1],
+        [0.3, -0.1],
+        [1.5, 0.5],
+        [0.25, 0.0],
+        [1.0, -0.3],
+        [0.75, 0.4],
+        [1.25, -0.8],
+        [1.0, -0.5],
     ];
     const DEVIATIONS: State = [0.2, 0.2, 2.0, 0.25, 1.0, 0.8, 1.5, 1.2];
     const GAP: Place = Place { age: 25.0, gravitropism: 0.2 };
