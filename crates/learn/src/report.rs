@@ -76,7 +76,7 @@ pub struct NetworkReport {
 /// | `accuracy` | existence | share of nodes whose class is the likeliest |
 /// | `children_predicted`, `children_actual`, `children_excess` | existence | mean number of children, as predicted and in truth, and the difference |
 /// | `nll` | split, rotation | mean −ln p of what happened, rotations in deviations |
-/// | `residual` | rotation | mean distance from the mixture's mean by component, in deviations |
+/// | `aligned_predicted`, `aligned_actual` | rotation | mean probability that a swing is aligned, share that is |
 /// | `accuracy`, `accuracy_all_three` | classifier | share of children told right at 0.5; of nodes with all three right |
 /// | `mse` | classifier, regressor | mean squared error; regressor: of thickness and length, m² |
 /// | `cosine_distance` | regressor | mean 1 − cos of the quaternions |
