@@ -45,6 +45,32 @@ fn a_training_that_is_run_again_gives_the_same_model() {
 }
 
 #[test]
+fn several_corpora_make_one_training_set() {
+    let desk = corpus();
+    let build = |words: &[&str]| desk.ok(&[&["dataset", "--trees", "5"], words].concat());
+    build(&["--species", "walnut", "--ages", "10..20", "--seed", "100", "-o", "young"]);
+    build(&["--species", "tulip", "-o", "tulips"]);
+    let words = |model| {
+        let short = ["--epochs", "1", "--samples", "4096", "--trees", "2", "-o", model];
+        [&["train", "corpus", "young"][..], &short].concat()
+    };
+    desk.ok(&words("both.safetensors"));
+    let info = |name: &str| -> serde_json::Value {
+        serde_json::from_str(&desk.ok(&["info", name, "--json"])).unwrap()
+    };
+    // Two training trees of each corpus are there to start from, of the ages of both.
+    assert_eq!(info("both.safetensors")["roots"], serde_json::json!([4]));
+    let toml = String::from_utf8(desk.read("both.toml")).unwrap();
+    for corpus in ["corpus", "young"] {
+        assert!(toml.contains(info(corpus)["hash"].as_str().unwrap()), "{corpus}");
+    }
+
+    let alien = ["train", "corpus", "tulips", "-o", "m.safetensors"];
+    desk.fails(&alien, 1, "tulips has the species tulip, which corpus has not");
+    desk.fails(&["train", "corpus", "corpus", "-o", "m.safetensors"], 1, "the same trees");
+}
+
+#[test]
 fn what_cannot_be_trained_on_is_told() {
     let desk = corpus();
     desk.fails(&["train", "absent", "-o", "m.safetensors"], 1, "absent is no corpus");
