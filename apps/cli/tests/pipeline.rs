@@ -122,11 +122,11 @@ fn trees_of_a_corpus_differ_in_age_and_gravitropism_as_asked() {
         assert!(within, "{gravitropism}");
         // It is the tree that the growth model makes of its seed, age and gravitropism.
         let number = number.to_string();
-        desk.ok(&["convert", shard, "--tree", &number, "there.csv"]);
+        desk.ok(&["convert", shard, "--tree", &number, "there.tree"]);
         let words = ["grow", "tulip", "--seed", &number, "--age", &age.to_string()];
         let gravitropism = gravitropism.to_string();
-        desk.ok(&[&words[..], &["--gravitropism", &gravitropism, "-o", "grown.csv"]].concat());
-        assert!(desk.read("grown.csv") == desk.read("there.csv"), "tree {number}");
+        desk.ok(&[&words[..], &["--gravitropism", &gravitropism, "-o", "grown.tree"]].concat());
+        assert!(desk.read("grown.tree") == desk.read("there.tree"), "tree {number}");
     }
     assert!(trees.iter().any(|tree| tree["age"] != trees[0]["age"]));
 }
