@@ -169,7 +169,7 @@ fn range(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
         if x.is_nan() { (f64::NAN, f64::NAN) } else { (low.min(x), high.max(x)) }
     });
     let room = if high > low { 0.06 * (high - low) } else { 1.0 };
-    (low.is_finite() && high.is_finite()).then(|| low - room..high + room)
+    (low.is_finite() && high.is_finite()).then_some(low - room..high + room)
 }
 
 #[cfg(test)]
