@@ -1,7 +1,7 @@
 //! Chapter 9: a tree as its seed beside the same tree as a graph and as a mesh.
 
 use anyhow::Result;
-use deeptree_eval::published::{COMPRESSION, SEED_AND_NETWORKS, SIZE_RATIOS};
+use deeptree_eval::published::{COMPRESSION, PublishedSize, SEED_AND_NETWORKS, SIZE_RATIOS};
 use deeptree_eval::report::{Cell, Chapter, Tone};
 use deeptree_export::tables::{TableMeta, TableWriter};
 use deeptree_export::{glb, obj};
@@ -144,11 +144,15 @@ fn say(chapter: &mut Chapter, rows: &[Sizes], networks: usize) {
         SIZE_RATIOS[0].0,
         SIZE_RATIOS[1].0,
     ));
+    let nodes = mean(|sizes| &sizes.nodes);
+    let sum = |of: fn(&PublishedSize) -> f64| COMPRESSION.iter().map(of).sum::<f64>();
+    let published = 1e3 * sum(|row| row.graph) / sum(|row| row.nodes);
     let trees_until = |of| (networks as f64 / (mean(of) - seed)).ceil();
     chapter.text(format!(
         "The networks are stored once for all trees. Of n trees, seeds with networks are smaller \
          than graphs from n = {:.0} on ({}), {:.0} ({}) and {:.0} ({}), and than meshes from {:.0} \
-         ({}) and {:.0} ({}); of many trees, a seed is a {:.0}th of the smallest graph.",
+         ({}) and {:.0} ({}); of many trees, a seed takes 1/{:.0} of the smallest graph. A node takes {:.0} bytes as {}, {:.0} as \
+         {} and {:.0} as {}; in the paper's graphs, {:.0}.",
         trees_until(graphs[0]),
         GRAPHS[0],
         trees_until(graphs[1]),
@@ -160,6 +164,13 @@ fn say(chapter: &mut Chapter, rows: &[Sizes], networks: usize) {
         trees_until(meshes[1]),
         MESHES[1],
         graphs.map(mean).into_iter().fold(f64::INFINITY, f64::min) / seed,
+        mean(graphs[0]) / nodes,
+        GRAPHS[0],
+        mean(graphs[1]) / nodes,
+        GRAPHS[1],
+        mean(graphs[2]) / nodes,
+        GRAPHS[2],
+        published,
     ));
     table(chapter, rows, networks, &graph, &mesh);
 }

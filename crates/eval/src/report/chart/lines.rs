@@ -6,7 +6,7 @@ use std::ops::Range;
 use plotters::coord::Shift;
 use plotters::prelude::{
     ChartBuilder, Circle, DrawingArea, IntoDrawingArea, IntoFont, LineSeries, PathElement,
-    SVGBackend,
+    SVGBackend, Text,
 };
 use plotters::style::{BLACK, Color, FontStyle, RGBColor, ShapeStyle, WHITE};
 
@@ -58,8 +58,10 @@ pub struct Point {
     pub hollow: bool,
 }
 
-/// Pixels of a panel.
-const PANEL: (u32, u32) = (250, 190);
+/// Pixels of a panel, of the legend's height, and of a name in it.
+const PANEL: (u32, u32) = (260, 190);
+const LEGEND: u32 = 24;
+const NAME: i32 = 130;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
@@ -79,15 +81,31 @@ impl Lines {
         let (xs, ys) = self.ranges().ok_or("it has no point, or one that is not finite")?;
         let columns = self.columns.clamp(1, self.panels.len().max(1));
         let rows = self.panels.len().div_ceil(columns);
-        let size = (PANEL.0 * columns as u32, PANEL.1 * rows as u32);
+        let size = (PANEL.0 * columns as u32, LEGEND + PANEL.1 * rows as u32);
         let root = SVGBackend::with_string(svg, size).into_drawing_area();
         root.fill(&WHITE)?;
-        for (i, (area, panel)) in
-            root.split_evenly((rows, columns)).iter().zip(&self.panels).enumerate()
-        {
-            self.panel(area, panel, xs.clone(), ys.clone(), i == 0)?;
+        let (legend, panels) = root.split_vertically(LEGEND);
+        self.legend(&legend)?;
+        for (area, panel) in panels.split_evenly((rows, columns)).iter().zip(&self.panels) {
+            self.panel(area, panel, xs.clone(), ys.clone())?;
         }
         root.present()?;
+        Ok(())
+    }
+
+    /// The names of the lines that are drawn anywhere, side by side.
+    fn legend(&self, area: &Area<'_>) -> Result<(), Box<dyn Error>> {
+        let mut lines: Vec<(&str, RGBColor)> = Vec::new();
+        for line in self.panels.iter().flat_map(|panel| &panel.lines) {
+            let one = (line.name.as_str(), line.colour);
+            if !line.points.is_empty() && !lines.contains(&one) {
+                lines.push(one);
+            }
+        }
+        for (x, (name, colour)) in (52..).step_by(NAME as usize).zip(lines) {
+            area.draw(&PathElement::new([(x, 14), (x + 18, 14)], colour.stroke_width(2)))?;
+            area.draw(&Text::new(name, (x + 24, 8), ("sans-serif", 12)))?;
+        }
         Ok(())
     }
 
@@ -97,22 +115,23 @@ impl Lines {
         panel: &Panel,
         xs: Range<f64>,
         ys: Range<f64>,
-        legend: bool,
     ) -> Result<(), Box<dyn Error>> {
         let bold = ("sans-serif", 14).into_font().style(FontStyle::Bold);
         let mut chart = ChartBuilder::on(area)
             .caption(&panel.title, bold)
             .margin(6)
             .x_label_area_size(32)
-            .y_label_area_size(48)
+            .y_label_area_size(62)
             .build_cartesian_2d(xs, ys)?;
         chart
             .configure_mesh()
-            .light_line_style(WHITE)
+            .max_light_lines(0)
             .bold_line_style(BLACK.mix(0.08))
             .axis_style(BLACK.mix(0.5))
             .x_labels(6)
             .y_labels(5)
+            .x_label_formatter(&number)
+            .y_label_formatter(&number)
             .x_desc(&self.x)
             .y_desc(&self.y)
             .label_style(("sans-serif", 11))
@@ -120,15 +139,8 @@ impl Lines {
         for line in panel.lines.iter().filter(|line| !line.points.is_empty()) {
             let colour = line.colour;
             let points = line.points.iter();
-            chart
-                .draw_series(LineSeries::new(
-                    points.clone().map(|p| (p.x, p.y)),
-                    colour.stroke_width(2),
-                ))?
-                .label(line.name.as_str())
-                .legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 14, y)], colour.stroke_width(2))
-                });
+            let path = points.clone().map(|p| (p.x, p.y));
+            chart.draw_series(LineSeries::new(path, colour.stroke_width(2)))?;
             chart.draw_series(points.clone().filter(|p| p.error > 0.0).map(|p| {
                 PathElement::new(
                     [(p.x, p.y - p.error), (p.x, p.y + p.error)],
@@ -139,13 +151,6 @@ impl Lines {
             chart.draw_series(points.map(|p| {
                 disc(p, if p.hollow { colour.stroke_width(2) } else { colour.filled() })
             }))?;
-        }
-        if legend {
-            chart
-                .configure_series_labels()
-                .background_style(WHITE.mix(0.8))
-                .label_font(("sans-serif", 11))
-                .draw()?;
         }
         Ok(())
     }
@@ -158,6 +163,13 @@ impl Lines {
         let ys = range(points.iter().flat_map(|p| [p.y - p.error, p.y + p.error]))?;
         Some((xs, ys))
     }
+}
+
+/// A number with at most two decimals, and no zeros at its end.
+fn number(x: &f64) -> String {
+    let text = format!("{x:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.to_owned() }
 }
 
 fn disc(point: &Point, style: ShapeStyle) -> Circle<(f64, f64), i32> {
@@ -222,6 +234,12 @@ mod tests {
         }
         // All panels have the same axes: the second's points are as high as the first's.
         assert_eq!(learner[..3], learner[3..6]);
+    }
+
+    #[test]
+    fn numbers_are_written_short() {
+        let written = [10.0, 0.3, -0.25, 0.299_999_9, -1e-9, 3500.0].map(|x| number(&x));
+        assert_eq!(written, ["10", "0.3", "-0.25", "0.3", "0", "3500"]);
     }
 
     #[test]

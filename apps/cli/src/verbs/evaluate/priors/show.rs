@@ -1,5 +1,7 @@
 //! The figures of the chapter in words, charts, pictures and tables.
 
+use std::f64::consts::FRAC_2_PI;
+
 use anyhow::Result;
 use deeptree_eval::report::chart::lines::{Line, Lines, Panel, Point};
 use deeptree_eval::report::chart::{LEARNER, TEACHER};
@@ -102,15 +104,24 @@ pub(super) fn text(chapter: &mut Chapter, settings: &[Setting]) {
 /// Mean and worst difference of number `i` over settings.
 fn share(group: &[&Setting], i: usize) -> String {
     let Number { name, relative, .. } = NUMBERS[i];
-    let differences = group.iter().filter_map(|s| Some((s, s.difference(i)?.by.abs())));
-    let all: Vec<(&&Setting, f64)> = differences.collect();
-    let mean = all.iter().map(|(_, by)| by).sum::<f64>() / all.len().max(1) as f64;
-    let worst = all.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+    let all: Vec<(&&Setting, Difference)> =
+        group.iter().filter_map(|s| Some((s, s.difference(i)?))).collect();
+    let mean = |of: fn(&Difference) -> f64| {
+        all.iter().map(|(_, difference)| of(difference)).sum::<f64>() / all.len().max(1) as f64
+    };
+    // The mean size of a normal error is √(2/π) of its standard deviation.
+    let (found, chance) = (mean(|d| d.by.abs()), mean(|d| d.error) * FRAC_2_PI.sqrt());
+    let beyond = all.iter().filter(|(_, d)| d.by.abs() > 2.0 * d.error).count();
     let write = |x: f64| if relative { format!("{:.1} %", 100.0 * x) } else { format!("{x:.3}") };
-    let worst = worst.map_or(String::new(), |(setting, by)| {
-        format!(" (at worst {}: {})", write(*by), setting.place())
+    let worst = all.iter().max_by(|a, b| a.1.by.abs().total_cmp(&b.1.by.abs()));
+    let worst = worst.map_or(String::new(), |(setting, difference)| {
+        format!(", at worst {} ({})", write(difference.by.abs()), setting.place())
     });
-    format!("{} in {name}{worst}", write(mean))
+    format!(
+        "{} in {name}, where sampling alone makes {}{worst}, {beyond} beyond two standard errors",
+        write(found),
+        write(chance),
+    )
 }
 
 /// Says which settings the model has not seen.
@@ -242,10 +253,11 @@ pub(super) fn pictures(
 
 /// All settings along an axis.
 pub(super) fn table(chapter: &mut Chapter, axis: Axis, settings: &[&Setting]) {
-    let mut header = vec!["species", axis.name()];
+    let mut header = vec!["species".to_owned(), axis.name().to_owned()];
     for Number { name, .. } in &NUMBERS {
-        header.extend([name, "DT", "Δ"]);
+        header.extend([format!("{name} P"), "DT".to_owned(), "Δ".to_owned()]);
     }
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
     let rows = settings.iter().map(|setting| {
         let unseen = setting.learner().is_some_and(|(_, trained)| !trained);
         let mark = if unseen { "°" } else { "" };
@@ -267,8 +279,8 @@ pub(super) fn table(chapter: &mut Chapter, axis: Axis, settings: &[&Setting]) {
         cells
     });
     let caption = format!(
-        "Along {}: growth model (grey), networks, and how far these are from it: nodes, height and \
-         crown radius in percent, the mean rise as it is. Heights and radii in metres.",
+        "Along {}: growth model (P, grey), networks (DT), and how far these are from it (Δ): nodes, \
+         height and crown radius in percent, the mean rise as it is. Heights and radii in metres.",
         axis.name()
     );
     chapter.table(caption, &header, rows.collect());

@@ -243,8 +243,8 @@ fn say(
     let set = study.verb.model.simd.unwrap_or_else(SimdPath::detect);
     chapter.text(format!(
         "One thread, {}instruction set {set}; {} trees a species, each made {} times (PyTorch: \
-         once), of which the fastest counts. Only the branch graph is timed. The paper ran its \
-         networks on a GPU; seconds of different machines say less than ratios.",
+         once), of which the fastest counts. Only the branch graph is timed. The paper does \
+         not say on what it ran; seconds of different machines say less than ratios.",
         processor().map_or(String::new(), |name| format!("{name}, ")),
         counts.trees,
         counts.repeats,
@@ -269,6 +269,7 @@ fn table(chapter: &mut Chapter, rows: &[Costs], counts: Counts) {
         for timing in timings {
             let base = base.map_or(f64::NAN, |base| base.each(base.seconds));
             let mean = timing.each(timing.seconds);
+            let faster = if timing.cut == 0 { format!("{:.1}", base / mean) } else { "–".into() };
             let paper = RUNTIME.iter().find(|row| row.species == species);
             let paper = match (paper, timing.method.as_str()) {
                 (Some(row), GROWTH) => Some((row.p, 1.0)),
@@ -279,7 +280,7 @@ fn table(chapter: &mut Chapter, rows: &[Costs], counts: Counts) {
                 species.into(),
                 timing.method.as_str().into(),
                 seconds(mean).into(),
-                format!("{:.1}", base / mean).into(),
+                faster.into(),
                 format!("{:.0}", timing.each(timing.nodes as f64)).into(),
                 format!("{:.0}", timing.each(timing.branches as f64)).into(),
                 format!("{:.1}", timing.nodes_a_second() / 1e3).into(),
@@ -310,9 +311,9 @@ fn table(chapter: &mut Chapter, rows: &[Costs], counts: Counts) {
     }
     let caption = format!(
         "Runtime performance comparison, means of the trees; beside ours (grey) the paper's table, \
-         whose times are of other machines. Faster: how many trees for one of the growth model. \
-         Cut: trees that ran into their budget, {} nodes for kind paper, whose trees seldom end by \
-         themselves.",
+         whose times are of other machines. Faster: how many trees for one of the growth model, \
+         where all trees are whole. Cut: trees that ran into their budget, {} nodes for kind paper, \
+         whose trees seldom end by themselves.",
         counts.budget
     );
     let header = [
