@@ -88,14 +88,15 @@ pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
     Ok(chapter)
 }
 
-/// All species of the run; a quick one looks at two of them.
+/// All species of the run; of a quick one oak and willow, or else the first.
 fn looked_at<'a>(study: &'a Study<'_>) -> Vec<&'a Species> {
-    let few = |species: &&Species| ["oak", "willow"].contains(&species.name.as_str());
-    let all = study.species.iter();
-    match all.clone().any(|species| few(&species)) && study.verb.quick {
-        true => all.filter(few).collect(),
-        false => all.take(study.scale(u32::MAX, 1) as usize).collect(),
+    let all: Vec<&Species> = study.species.iter().collect();
+    if !study.verb.quick {
+        return all;
     }
+    let few = |species: &&&Species| ["oak", "willow"].contains(&species.name.as_str());
+    let few: Vec<&Species> = all.iter().filter(few).copied().collect();
+    if few.is_empty() { all.into_iter().take(1).collect() } else { few }
 }
 
 impl Axis {

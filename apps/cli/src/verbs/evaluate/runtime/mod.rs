@@ -91,6 +91,7 @@ impl Costs {
 
 pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
     let counts = if study.verb.quick { QUICK } else { FULL };
+    let counts = Counts { trees: counts.trees.min(study.trees()), ..counts };
     let paper = ModelChoice { model: "paper".into(), simd: study.verb.model.simd };
     let torch = match study.model {
         Some(_) => Torch::find(study, &paper.bytes()?)?,
