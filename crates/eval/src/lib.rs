@@ -3,7 +3,9 @@
 #![forbid(unsafe_code)]
 
 pub mod auc;
+pub mod development;
 pub mod distances;
+pub mod diversity;
 pub mod memorisation;
 mod metrics;
 pub mod perceptual;

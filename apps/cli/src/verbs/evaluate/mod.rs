@@ -1,7 +1,13 @@
 //! `evaluate`: teacher beside learner, beside the paper, chapter by chapter.
 
+mod compression;
+mod diversity;
+mod estimate;
+mod priors;
+mod runtime;
 mod study;
 mod table;
+mod trees;
 
 use std::fs;
 use std::time::Instant;
@@ -18,15 +24,21 @@ use study::Study;
 type Maker = fn(&Study<'_>) -> Result<Chapter>;
 
 /// The chapters of a report, in their order.
-const CHAPTERS: [(&str, Maker); 1] = [("table", table::chapter)];
+const CHAPTERS: [(&str, Maker); 5] = [
+    ("table", table::chapter),
+    ("priors", priors::chapter),
+    ("runtime", runtime::chapter),
+    ("compression", compression::chapter),
+    ("diversity", diversity::chapter),
+];
 
 /// Runs the chapters asked for. The page is written anew after each, so that a run that is cut off
 /// leaves what it had; the next one goes on from the parts that are done.
 pub(crate) fn run(args: &Args, verb: &args::Evaluate) -> Result<()> {
     let chosen = chosen(&verb.chapters)?;
+    let study = Study::new(args, verb)?;
     fs::create_dir_all(&verb.output)
         .with_context(|| format!("cannot create the folder {}", verb.output.display()))?;
-    let study = Study::new(args, verb)?;
     let mut page =
         Report { title: "DeepTree: evaluation".to_owned(), facts: study.facts(), chapters: vec![] };
     let start = Instant::now();

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::Write;
+use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use deeptree_export::write_atomically;
@@ -70,7 +71,6 @@ impl<'a> Study<'a> {
 
     /// The part of this name: read where an earlier run with the same options and model left it,
     /// else made and left for the next.
-    #[expect(dead_code, reason = "the next chapters leave parts")]
     pub(crate) fn part<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
@@ -88,11 +88,18 @@ impl<'a> Study<'a> {
         }
         let value = make()?;
         let part = json!({ "of": of, "value": serde_json::to_value(&value)? });
+        self.leave(&format!("{name}.json"), part.to_string().as_bytes())?;
+        Ok(value)
+    }
+
+    /// Leaves a file among the parts, for a program that reads it, and says where.
+    pub(crate) fn leave(&self, name: &str, bytes: &[u8]) -> Result<PathBuf> {
         let folder = self.verb.output.join(PARTS);
         fs::create_dir_all(&folder)
             .with_context(|| format!("cannot create the folder {}", folder.display()))?;
-        write_atomically(&path, |out| out.write_all(part.to_string().as_bytes()))?;
-        Ok(value)
+        let path = folder.join(name);
+        write_atomically(&path, |out| out.write_all(bytes))?;
+        Ok(path)
     }
 
     /// Writes a file of the report.
