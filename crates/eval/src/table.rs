@@ -69,7 +69,7 @@ impl Row {
                 Some([*row.p.get(metric as usize)?, *row.dt.get(metric as usize)?])
             };
             if let Some([p, dt]) = published.and_then(printed) {
-                let (p, dt) = (pair_cell(p.0, p.1), pair_cell(dt.0, dt.1));
+                let (p, dt) = (mean_and_sd(p.0, p.1), mean_and_sd(dt.0, dt.1));
                 let _ = write!(out, "   published: P {p}, DT {dt}");
             }
             out.push('\n');
@@ -107,7 +107,9 @@ impl Table {
         }
     }
 
-    fn row(&self, species: &str, set: &str) -> Option<&Row> {
+    /// The row of a species and set.
+    #[must_use]
+    pub fn row(&self, species: &str, set: &str) -> Option<&Row> {
         self.rows.iter().find(|row| row.species == species && row.set == set)
     }
 
@@ -156,7 +158,7 @@ impl Table {
         let published = published::find(species);
         let (p, dt) = (moments("P"), moments("DT"));
         let printed =
-            |pair: Option<(f64, f64)>| pair.map_or("–".to_owned(), |(m, s)| pair_cell(m, s));
+            |pair: Option<(f64, f64)>| pair.map_or("–".to_owned(), |(m, s)| mean_and_sd(m, s));
         let measured = |m: Option<&Moments>| m.map_or("–".to_owned(), cell);
         let published_p = published.and_then(|row| row.p.get(metric as usize).copied());
         let published_dt = published.and_then(|row| row.dt.get(metric as usize).copied());
@@ -202,10 +204,12 @@ impl Table {
 }
 
 fn cell(moments: &Moments) -> String {
-    pair_cell(moments.mean, moments.sd())
+    mean_and_sd(moments.mean, moments.sd())
 }
 
-fn pair_cell(mean: f64, sd: f64) -> String {
+/// A mean with its standard deviation, to as many digits as such figures deserve.
+#[must_use]
+pub fn mean_and_sd(mean: f64, sd: f64) -> String {
     let digits = if mean.abs() < 1.5 {
         3
     } else if mean.abs() < 20.0 {

@@ -1,5 +1,6 @@
 //! A report: chapters of text, tables, charts and pictures, in one file of HTML.
 
+pub mod chart;
 mod html;
 
 /// A document of chapters.
