@@ -91,8 +91,14 @@ pub struct Table {
 impl Table {
     /// Adds a row `total` for each set: the trees of all species together.
     pub fn add_totals(&mut self) {
-        for set in ["P", "DT"] {
-            let mut total = Row::new(TOTAL, set);
+        let mut sets: Vec<String> = Vec::new();
+        for row in &self.rows {
+            if !sets.contains(&row.set) {
+                sets.push(row.set.clone());
+            }
+        }
+        for set in sets {
+            let mut total = Row::new(TOTAL, &set);
             for row in self.rows.iter().filter(|row| row.set == set) {
                 total.trees += row.trees;
                 total.hit_budget += row.hit_budget;
@@ -101,9 +107,7 @@ impl Table {
                     all.merge(one);
                 }
             }
-            if total.trees > 0 {
-                self.rows.push(total);
-            }
+            self.rows.push(total);
         }
     }
 

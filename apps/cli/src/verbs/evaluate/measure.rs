@@ -96,8 +96,7 @@ impl Study<'_> {
             _ => None,
         };
         let (trees, keep) = (u64::from(set.trees(self)), set != Set::Training);
-        let profile =
-            if set == Set::Training { Profile::Reference } else { self.verb.profile };
+        let profile = if set == Set::Training { Profile::Reference } else { self.verb.profile };
         let mut pooled = TreeSet::default();
         let mut variables: Vec<Variables> = Vec::new();
         let bar = report::bar(self.args, trees, &format!("{} {}", species.name, set.symbol()));

@@ -1,7 +1,11 @@
 //! `evaluate`: teacher beside learner, beside the paper, chapter by chapter.
 
+mod criteria;
+mod histograms;
+mod measure;
 mod study;
 mod table;
+mod termination;
 
 use std::fs;
 use std::time::Instant;

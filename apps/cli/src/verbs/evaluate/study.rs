@@ -11,7 +11,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use crate::args::{self, Args};
+use crate::args::{self, Args, ModelChoice};
 use crate::verbs::{presets, unknown_species};
 
 /// Folder of the parts of a run, in that of the report.
@@ -23,6 +23,8 @@ pub(crate) struct Study<'a> {
     pub(crate) species: Vec<Species>,
     /// The model that is judged; none where only the growth model is measured.
     pub(crate) model: Option<Model>,
+    /// The shipped model of kind `paper`, where it is not the one that is judged.
+    pub(crate) paper: Option<Model>,
 }
 
 impl<'a> Study<'a> {
@@ -35,7 +37,9 @@ impl<'a> Study<'a> {
         {
             return Err(unknown_species(&missing.name, model.species()).into());
         }
-        Ok(Self { args, verb, species, model })
+        let paper = ModelChoice { model: "paper".into(), simd: verb.model.simd }.load()?;
+        let paper = model.as_ref().filter(|model| model.hash() != paper.hash()).map(|_| paper);
+        Ok(Self { args, verb, species, model, paper })
     }
 
     /// The number for a full run, or that for a quick one.
@@ -70,7 +74,6 @@ impl<'a> Study<'a> {
 
     /// The part of this name: read where an earlier run with the same options and model left it,
     /// else made and left for the next.
-    #[expect(dead_code, reason = "the next chapters leave parts")]
     pub(crate) fn part<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
@@ -98,5 +101,22 @@ impl<'a> Study<'a> {
     /// Writes a file of the report.
     pub(crate) fn save(&self, name: &str, bytes: &[u8]) -> Result<()> {
         Ok(write_atomically(&self.verb.output.join(name), |out| out.write_all(bytes))?)
+    }
+}
+
+/// A number to three digits, no longer than it must be.
+pub(crate) fn short(x: f64) -> String {
+    let digits = match x.abs() {
+        size if size < 0.0095 => 4,
+        size if size < 0.095 => 3,
+        size if size < 9.5 => 2,
+        size if size < 99.5 => 1,
+        _ => 0,
+    };
+    let text = format!("{x:.digits$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
     }
 }

@@ -6,6 +6,9 @@ mod intervals;
 pub use histograms::{Panel, Series, histograms};
 pub use intervals::{Interval, IntervalRow, intervals};
 
+/// Red, green and blue.
+pub use plotters::style::RGBColor as Colour;
+
 use plotters::style::RGBColor;
 
 /// The teacher, in every chart.
