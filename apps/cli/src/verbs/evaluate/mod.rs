@@ -3,9 +3,12 @@
 mod criteria;
 mod histograms;
 mod measure;
+mod memorisation;
+mod perceptual;
 mod study;
 mod table;
 mod termination;
+mod two_sample;
 
 use std::fs;
 use std::time::Instant;
@@ -22,7 +25,12 @@ use study::Study;
 type Maker = fn(&Study<'_>) -> Result<Chapter>;
 
 /// The chapters of a report, in their order.
-const CHAPTERS: [(&str, Maker); 1] = [("table", table::chapter)];
+const CHAPTERS: [(&str, Maker); 4] = [
+    ("table", table::chapter),
+    ("perceptual", perceptual::chapter),
+    ("two-sample", two_sample::chapter),
+    ("memorisation", memorisation::chapter),
+];
 
 /// Runs the chapters asked for. The page is written anew after each, so that a run that is cut off
 /// leaves what it had; the next one goes on from the parts that are done.

@@ -26,6 +26,7 @@ pub(super) fn write(study: &Study<'_>, sets: &[Sets], chapter: &mut Chapter) -> 
     let mut rows = Vec::new();
     let mut sum = Ends { trees: 0, hit_budget: 0 };
     for (species, sets) in study.species.iter().zip(sets) {
+        // Where kind paper itself is judged, its set says enough: most trees run into the budget.
         let fresh = if study.has_paper() { Some(fresh(study, model, species)?) } else { None };
         let of_set = |set| {
             let trees = &sets.get(set)?.set;

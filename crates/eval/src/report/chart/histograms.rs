@@ -9,6 +9,9 @@ const WIDTH: u32 = 170;
 /// Height of a panel.
 const HEIGHT: u32 = 105;
 
+/// Height of a panel in highest bars of its first set, at most.
+const MOST_OF_FIRST: f64 = 1.5;
+
 /// One histogram.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
@@ -55,9 +58,7 @@ fn draw(
     panel: &Panel,
     area: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
 ) -> Result<(), ChartError> {
-    let highest =
-        panel.series.iter().flat_map(|series| &series.shares).copied().fold(0.0, f64::max);
-    let top = if highest > 0.0 { 1.05 * highest } else { 1.0 };
+    let top = top(panel);
     let mut chart = ChartBuilder::on(area)
         .caption(&panel.title, (FONT, 12).into_font().color(&INK))
         .margin(3)
@@ -75,7 +76,7 @@ fn draw(
         .axis_style(FAINT)
         .draw()?;
     for (number, series) in panel.series.iter().enumerate() {
-        let steps = steps(panel, series);
+        let steps = steps(panel, series, top);
         if number == 0 {
             let fill = series.colour.mix(0.45).filled();
             chart.draw_series([Polygon::new(steps, fill)])?;
@@ -86,12 +87,24 @@ fn draw(
     Ok(())
 }
 
+/// The largest share that is shown: a set far off the first is cut rather than flattening it.
+fn top(panel: &Panel) -> f64 {
+    let highest =
+        |series: &[Series]| series.iter().flat_map(|one| &one.shares).copied().fold(0.0, f64::max);
+    let first = highest(&panel.series[..panel.series.len().min(1)]);
+    let all = highest(&panel.series);
+    match if first > 0.0 { all.min(MOST_OF_FIRST * first) } else { all } {
+        top if top > 0.0 => 1.05 * top,
+        _ => 1.0,
+    }
+}
+
 /// The outline of a histogram, from the ground to the ground.
-fn steps(panel: &Panel, series: &Series) -> Vec<(f64, f64)> {
+fn steps(panel: &Panel, series: &Series, top: f64) -> Vec<(f64, f64)> {
     let width = (panel.high - panel.low) / series.shares.len().max(1) as f64;
     let bars = series.shares.iter().enumerate().flat_map(|(bin, &share)| {
         let start = panel.low + width * bin as f64;
-        [(start, share), (start + width, share)]
+        [(start, share.min(top)), (start + width, share.min(top))]
     });
     let ends = |x| std::iter::once((x, 0.0));
     ends(panel.low).chain(bars).chain(ends(panel.high)).collect()
@@ -118,9 +131,13 @@ mod tests {
             high: 2.0,
             series: vec![series(TEACHER, [0.5, 0.25]), series(LEARNER, [0.25, 0.5])],
         };
-        let outline = steps(&panel, &panel.series[0]);
+        let outline = steps(&panel, &panel.series[0], 1.0);
         let corners = [(0.0, 0.0), (0.0, 0.5), (1.0, 0.5), (1.0, 0.25), (2.0, 0.25), (2.0, 0.0)];
         assert_eq!(outline, corners);
+        assert!((top(&panel) - 0.525).abs() < 1e-12);
+        let sets = vec![panel.series[0].clone(), series(LEARNER, [1.0, 0.0])];
+        let far = Panel { series: sets, ..panel.clone() };
+        assert!((top(&far) - 0.5 * 1.5 * 1.05).abs() < 1e-12, "one that is far off is cut");
         let svg = histograms(&[panel.clone(), panel], 2).unwrap();
         assert_eq!(svg.matches("oak BL").count(), 2);
         assert_eq!(svg.matches("<polygon").count(), 2, "the teacher is filled");
