@@ -122,8 +122,8 @@ impl Scale {
         let spread = |k: usize| {
             let mean = rows.iter().map(|row| row[k]).sum::<f64>() / n;
             let sd = (rows.iter().map(|row| (row[k] - mean).powi(2)).sum::<f64>() / n).sqrt();
-            // A spread of rounding errors is none.
-            (sd > 1e-9 * (1.0 + mean.abs())).then_some((k, mean, sd))
+            // A spread of rounding errors is none: positions are in float32.
+            (sd > 1e-6 * (1.0 + mean.abs())).then_some((k, mean, sd))
         };
         Self { kept: (0..rows[0].len()).filter_map(spread).collect() }
     }

@@ -27,7 +27,8 @@ pub struct TreeRecord {
     /// [`Moments::parts`] of each of [`Metric::ALL`].
     #[serde(with = "packed")]
     moments: Vec<f64>,
-    /// [`tree_features`].
+    /// [`tree_features`] to six places: what is smaller is rounding of positions in float32, and no
+    /// classifier shall tell trees by that.
     #[serde(with = "packed")]
     pub features: Vec<f32>,
 }
@@ -112,7 +113,7 @@ impl TreeSet {
             height,
             crown_radius,
             moments: TreeMetrics::of(tree).moments.iter().flat_map(Moments::parts).collect(),
-            features: tree_features(tree).into_iter().map(|x| x as f32).collect(),
+            features: tree_features(tree).into_iter().map(rounded).collect(),
         });
         set
     }
@@ -153,6 +154,10 @@ impl TreeSet {
     pub fn rows(&self) -> Vec<Vec<f64>> {
         self.trees.iter().map(TreeRecord::row).collect()
     }
+}
+
+fn rounded(feature: f64) -> f32 {
+    ((feature * 1e6).round() / 1e6) as f32
 }
 
 const fn place(metric: Metric, order: usize) -> usize {

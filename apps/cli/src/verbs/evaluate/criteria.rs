@@ -151,7 +151,7 @@ fn csv(all: &[&Compared]) -> String {
 
 /// A share in per cent, to a digit that tells; a dash where there is none.
 fn percent(share: f64) -> String {
-    if share.is_finite() { super::study::short(100.0 * share) } else { "–".to_owned() }
+    if share.is_finite() { super::study::short(100.0 * share, 2) } else { "–".to_owned() }
 }
 
 fn signed_percent(share: f64) -> String {

@@ -136,8 +136,8 @@ fn summary(all: &[Distance], sets: &[Set]) -> String {
             " Furthest is {} of {}: KS {}, {} times the limit.",
             one.variable,
             one.species,
-            short(one.ks),
-            short(one.times_limit())
+            short(one.ks, 3),
+            short(one.times_limit(), 3)
         );
     }
     text
@@ -175,19 +175,19 @@ fn furthest(all: &[Distance], chapter: &mut Chapter) {
     let row = |one: &&Distance| {
         let of = |set: Set, what: fn(&Distance) -> f64| {
             let found = of_set(all, set, Some(&one.species)).find(|x| x.variable == one.variable);
-            Cell::new(found.map_or("–".to_owned(), |x| short(what(x))), Tone::Quiet)
+            Cell::new(found.map_or("–".to_owned(), |x| short(what(x), 3)), Tone::Quiet)
         };
         let tone = if one.is_beyond() { Tone::Bad } else { Tone::Good };
         vec![
             Cell::from(format!("{} {}", one.species, one.variable)),
-            Cell::new(short(one.ks), tone),
-            Cell::new(short(one.ks_limit), Tone::Quiet),
+            Cell::new(short(one.ks, 3), tone),
+            Cell::new(short(one.ks_limit, 3), Tone::Quiet),
             of(Set::Second, |x| x.ks),
             of(Set::Paper, |x| x.ks),
-            Cell::from(short(one.wasserstein)),
+            Cell::from(short(one.wasserstein, 3)),
             of(Set::Second, |x| x.wasserstein),
-            Cell::from(short(one.teacher_mean)),
-            Cell::from(short(one.mean)),
+            Cell::from(short(one.teacher_mean, 3)),
+            Cell::from(short(one.mean, 3)),
         ]
     };
     chapter.table(

@@ -104,19 +104,39 @@ impl<'a> Study<'a> {
     }
 }
 
-/// A number to three digits, no longer than it must be.
-pub(crate) fn short(x: f64) -> String {
-    let digits = match x.abs() {
-        size if size < 0.0095 => 4,
-        size if size < 0.095 => 3,
-        size if size < 9.5 => 2,
-        size if size < 99.5 => 1,
-        _ => 0,
-    };
-    let text = format!("{x:.digits$}");
+/// Places after the point that a number needs for so many digits that count.
+pub(crate) fn places(x: f64, digits: i32) -> usize {
+    let text = format!("{:.*e}", (digits - 1).max(0) as usize, x);
+    let exponent = text.rsplit('e').next().and_then(|part| part.parse::<i32>().ok());
+    (digits - 1 - exponent.unwrap_or(0)).clamp(0, 9) as usize
+}
+
+/// A number to so many digits that count, without zeros at its end.
+pub(crate) fn short(x: f64, digits: i32) -> String {
+    let text = format!("{x:.*}", places(x, digits));
     if text.contains('.') {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     } else {
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    #[test]
+    fn numbers_have_the_digits_that_count_and_no_more() {
+        let texts = [
+            short(0.0123456, 3),
+            short(27.68, 2),
+            short(6.13, 2),
+            short(3499.7, 3),
+            short(0.9996, 2),
+            short(0.5, 3),
+            short(-0.000_012_34, 2),
+            short(0.0, 3),
+        ];
+        assert_eq!(texts, ["0.0123", "28", "6.1", "3500", "1", "0.5", "-0.000012", "0"]);
     }
 }

@@ -1,8 +1,10 @@
 //! Chapter 1: the metrics of the paper's appendix, and what a learner must show.
 
+use std::fmt::Write as _;
+
 use anyhow::Result;
 use deeptree_eval::report::{Cell, Chapter, Tone};
-use deeptree_eval::{Metric, Moments, Row, Table, mean_and_sd, published};
+use deeptree_eval::{Metric, Moments, ORDERS, Row, Table, mean_and_sd, published};
 
 use super::measure::{Measured, Set};
 use super::study::Study;
@@ -52,6 +54,7 @@ pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
     }
     let table = pooled(&sets, &[Set::Teacher, Set::Learner]);
     study.save("table.csv", table.csv().as_bytes())?;
+    study.save("orders.csv", orders_csv(&sets).as_bytes())?;
     study.save("table.json", serde_json::to_string_pretty(&table)?.as_bytes())?;
     report::say(study.args, &serde_json::to_value(&table)?, table.text().trim_end(), false);
 
@@ -70,6 +73,24 @@ fn pooled(sets: &[Sets], of: &[Set]) -> Table {
     let mut table = Table { rows: rows.collect() };
     table.add_totals();
     table
+}
+
+/// The metrics of every set order by order.
+fn orders_csv(sets: &[Sets]) -> String {
+    let mut out = "species,set,metric,order,mean,sd,samples\n".to_owned();
+    for sets in sets {
+        for (set, measured) in &sets.measured {
+            for (metric, order) in
+                Metric::ALL.into_iter().flat_map(|m| (0..ORDERS).map(move |o| (m, o)))
+            {
+                let m = measured.set.at_order(metric, order).moments();
+                let (species, set, metric) = (&sets.species, set.symbol(), metric.symbol());
+                let (mean, sd, count) = (m.mean, m.sd(), m.count);
+                let _ = writeln!(out, "{species},{set},{metric},{order},{mean},{sd},{count}");
+            }
+        }
+    }
+    out
 }
 
 /// The table of the paper's appendix, metric by metric.

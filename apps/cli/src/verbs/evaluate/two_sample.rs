@@ -13,7 +13,7 @@ use deeptree_graph::Seed;
 use deeptree_growth::{SPECIES, Species};
 
 use super::measure::Set;
-use super::study::{Study, short};
+use super::study::{Study, places, short};
 use crate::verbs::preset;
 
 /// Trees of each set in a full run.
@@ -257,7 +257,7 @@ fn areas(all: &[Tested], chapter: &mut Chapter) {
             let auc = &test.auc;
             let text = format!("{:.3} [{:.3}, {:.3}]", auc.value, auc.low, auc.high);
             let p = test.p_value.unwrap_or(test.held_out_p_value);
-            vec![Cell::new(text, tone), Cell::new(short(p), Tone::Quiet)]
+            vec![Cell::new(text, tone), Cell::new(short(p, 2), Tone::Quiet)]
         };
         let species = Cell::from(one.species.as_str());
         let other = Cell::new(one.other.as_str(), Tone::Quiet);
@@ -282,14 +282,17 @@ fn telltales(all: &[Tested], chapter: &mut Chapter) {
     let tests = all.iter().filter_map(|one| Some((&one.species, one.get(Against::Learner)?)));
     for (species, test) in tests {
         let row = |one: &deeptree_eval::two_sample::Telltale| {
-            let moments = |mean, sd| Cell::from(format!("{} ± {}", short(mean), short(sd)));
+            // As many places as the smaller spread that is one needs.
+            let spread = [one.sd_a, one.sd_b].into_iter().filter(|sd| *sd > 1e-9);
+            let digits = places(spread.fold(f64::INFINITY, f64::min).min(1e3), 2);
+            let moments = |mean, sd| Cell::from(format!("{mean:.digits$} ± {sd:.digits$}"));
             vec![
                 Cell::from(one.name.as_str()),
                 Cell::from(format!("{:.1} %", 100.0 * one.importance)),
                 moments(one.mean_a, one.sd_a),
                 moments(one.mean_b, one.sd_b),
                 Cell::from(format!("{:.3}", one.distances.ks)),
-                Cell::new(short(one.distances.ks_p), Tone::Quiet),
+                Cell::new(short(one.distances.ks_p, 2), Tone::Quiet),
             ]
         };
         chapter.table(
