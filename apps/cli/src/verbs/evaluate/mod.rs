@@ -36,9 +36,9 @@ const CHAPTERS: [(&str, Maker); 4] = [
 /// leaves what it had; the next one goes on from the parts that are done.
 pub(crate) fn run(args: &Args, verb: &args::Evaluate) -> Result<()> {
     let chosen = chosen(&verb.chapters)?;
+    let study = Study::new(args, verb)?;
     fs::create_dir_all(&verb.output)
         .with_context(|| format!("cannot create the folder {}", verb.output.display()))?;
-    let study = Study::new(args, verb)?;
     let mut page =
         Report { title: "DeepTree: evaluation".to_owned(), facts: study.facts(), chapters: vec![] };
     let start = Instant::now();
