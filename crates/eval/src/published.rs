@@ -126,6 +126,23 @@ pub fn find(species: &str) -> Option<&'static PublishedSpecies> {
     TABLE.iter().find(|row| row.species == species)
 }
 
+/// A row of the table "ICTree perceptual validation": species, ground truth and DeepTree, each mean
+/// and standard deviation.
+pub type PerceptualRow = (&'static str, (f64, f64), (f64, f64));
+
+/// The table "ICTree perceptual validation", verbatim; the last row is of all trees.
+pub const PERCEPTUAL: [PerceptualRow; 9] = [
+    ("beech", (0.47, 0.10), (0.49, 0.09)),
+    ("corkscrew", (0.48, 0.11), (0.48, 0.12)),
+    ("maple", (0.49, 0.11), (0.46, 0.12)),
+    ("oak", (0.50, 0.11), (0.48, 0.12)),
+    ("pine", (0.50, 0.11), (0.48, 0.11)),
+    ("tulip", (0.49, 0.11), (0.45, 0.10)),
+    ("walnut", (0.49, 0.11), (0.47, 0.10)),
+    ("willow", (0.49, 0.11), (0.46, 0.10)),
+    ("all trees", (0.49, 0.11), (0.47, 0.11)),
+];
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,13 +1,20 @@
 //! `evaluate`: teacher beside learner, beside the paper, chapter by chapter.
 
 mod compression;
+mod criteria;
 mod diversity;
 mod estimate;
+mod histograms;
+mod measure;
+mod memorisation;
+mod perceptual;
 mod priors;
 mod runtime;
 mod study;
 mod table;
+mod termination;
 mod trees;
+mod two_sample;
 
 use std::fs;
 use std::time::Instant;
@@ -24,8 +31,11 @@ use study::Study;
 type Maker = fn(&Study<'_>) -> Result<Chapter>;
 
 /// The chapters of a report, in their order.
-const CHAPTERS: [(&str, Maker); 5] = [
+const CHAPTERS: [(&str, Maker); 8] = [
     ("table", table::chapter),
+    ("perceptual", perceptual::chapter),
+    ("two-sample", two_sample::chapter),
+    ("memorisation", memorisation::chapter),
     ("priors", priors::chapter),
     ("runtime", runtime::chapter),
     ("compression", compression::chapter),
