@@ -1,7 +1,8 @@
 //! How the rotations of a corpus lie, by species and slot.
 
+use deeptree_graph::signature::TreeConditions;
 use deeptree_graph::signature::situated::{ALIGNED, Slot, Turn, wrapped};
-use deeptree_graph::{MAX_CHILDREN, Node, Vec2};
+use deeptree_graph::{MAX_CHILDREN, Node, Quat, Vec2};
 
 use crate::set::Corpus;
 
@@ -19,16 +20,17 @@ pub(crate) struct Rotations {
 impl Rotations {
     pub(crate) fn new(corpus: &Corpus<'_>, species: usize) -> Self {
         let mut sums = vec![[Sums::default(); MAX_CHILDREN]; species];
-        corpus.each_child(|species, child| {
+        corpus.each_child(|conditions, _, child| {
             let slot = usize::from(child.slot);
-            sums[species][slot].add(slot, Slot::PLAIN.turn(child.rotation));
+            sums[conditions.species][slot].add(slot, child.rotation);
         });
         let centre =
             |sums: [Sums; MAX_CHILDREN]| std::array::from_fn(|slot| sums[slot].centre(slot));
         let mut rotations = Self { slots: sums.into_iter().map(centre).collect() };
         let mut squares = vec![[Squares::default(); MAX_CHILDREN]; species];
-        corpus.each_child(|species, child| {
-            squares[species][usize::from(child.slot)].add(rotations.turn(species, child));
+        corpus.each_child(|conditions, parent, child| {
+            let turn = rotations.turn(conditions, parent, child);
+            squares[conditions.species][usize::from(child.slot)].add(turn);
         });
         for (slots, squares) in rotations.slots.iter_mut().zip(squares) {
             for (slot, squares) in slots.iter_mut().zip(squares) {
@@ -39,8 +41,9 @@ impl Rotations {
     }
 
     /// The turn of a child, in deviations of its slot.
-    pub(crate) fn turn(&self, species: usize, child: &Node) -> Turn {
-        self.slots[species][usize::from(child.slot)].turn(child.rotation)
+    pub(crate) fn turn(&self, tree: &TreeConditions, parent: &Node, child: &Node) -> Turn {
+        let slot = &self.slots[tree.species][usize::from(child.slot)];
+        slot.turn(child.rotation, parent, tree.gravitropism)
     }
 
     /// Is this turn one of the aligned law?
@@ -82,17 +85,18 @@ impl Roll {
 }
 
 impl Sums {
-    fn add(&mut self, slot: usize, turn: Turn) {
-        self.all.add(turn.roll);
+    fn add(&mut self, slot: usize, rotation: Quat) {
+        let (roll, swing) = Slot::PLAIN.split(rotation);
+        self.all.add(roll);
         let is_aligned = match slot {
-            0 => turn.swing.length() < ALIGNED,
-            _ => turn.swing.y.abs() < ALIGNED,
+            0 => swing.length() < ALIGNED,
+            _ => swing.y.abs() < ALIGNED,
         };
         if is_aligned {
-            self.aligned.add(turn.roll);
+            self.aligned.add(roll);
         }
-        self.swing[0] += f64::from(turn.swing.x);
-        self.swing[1] += f64::from(turn.swing.y);
+        self.swing[0] += f64::from(swing.x);
+        self.swing[1] += f64::from(swing.y);
     }
 
     /// The centre of the slot. What is exactly aligned stays so: a slot where shoots go straight on

@@ -101,10 +101,14 @@ impl<'a> Corpus<'a> {
         spots
     }
 
-    /// Calls `visit` with the species and node of everything but roots.
-    pub(crate) fn each_child(&self, mut visit: impl FnMut(usize, &Node)) {
+    /// Calls `visit` with each child, its parent, and what their tree's nodes share.
+    pub(crate) fn each_child(&self, mut visit: impl FnMut(&TreeConditions, &Node, &Node)) {
         for (tree, conditions) in self.trees.iter().zip(&self.conditions) {
-            tree.nodes()[1..].iter().for_each(|child| visit(conditions.species, child));
+            for child in tree.nodes() {
+                if let Some(parent) = child.parent {
+                    visit(conditions, tree.node(parent), child);
+                }
+            }
         }
     }
 

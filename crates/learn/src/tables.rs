@@ -1,5 +1,6 @@
 //! What a model knows besides its networks: laws that are tabulated, not learned.
 
+use deeptree_graph::signature::TreeConditions;
 use deeptree_graph::signature::situated::{LENGTH_ORDERS, MOST_SCORE};
 use deeptree_graph::{BranchGraph, MAX_CHILDREN};
 use deeptree_infer::{ROOT_COLUMNS, ReadWeightsError, Table, WeightsBuilder};
@@ -24,8 +25,9 @@ pub(crate) fn tip_radii(trees: &[BranchGraph], species: &[usize], count: usize) 
 /// a shoot leaves of its last step. An order without edges has the law of the species.
 fn lengths(corpus: &Corpus<'_>, species: usize) -> Vec<f32> {
     let mut lengths = vec![vec![Vec::new(); LENGTH_ORDERS]; species];
-    corpus.each_child(|species, child| {
-        lengths[species][usize::from(child.order).min(LENGTH_ORDERS - 1)].push(child.length);
+    corpus.each_child(|conditions, _, child| {
+        lengths[conditions.species][usize::from(child.order).min(LENGTH_ORDERS - 1)]
+            .push(child.length);
     });
     let laws = lengths.into_iter().flat_map(|orders| {
         let all = orders.concat();
@@ -37,10 +39,10 @@ fn lengths(corpus: &Corpus<'_>, species: usize) -> Vec<f32> {
 /// The law of an apical child's roll off the centre of its slot, by species, in radians.
 fn rolls(corpus: &Corpus<'_>, rotations: &Rotations) -> Vec<f32> {
     let mut rolls = vec![Vec::new(); rotations.slots.len()];
-    corpus.each_child(|species, child| {
+    corpus.each_child(|&TreeConditions { species, .. }, _, child| {
         if child.slot == 0 {
             let slot = rotations.slots[species][0];
-            rolls[species].push(slot.turn(child.rotation).roll * slot.roll_scale);
+            rolls[species].push(slot.split(child.rotation).0 * slot.roll_scale);
         }
     });
     rolls.into_iter().flat_map(scores).collect()

@@ -158,17 +158,22 @@ mod tests {
             scale: Vec2::new(0.2, 0.1),
             roll_scale: 0.15,
         };
+        let straight = situated::Slot { mean: Vec2::ZERO, ..slot };
+        let tree = tree(0.3);
         for i in 0..50 {
             let f = i as f32;
             let swing = Vec2::new((f * 0.7).sin(), (f * 1.3).cos()) * 3.0;
             let turn = situated::Turn { swing, roll: (f * 2.1).sin() * 3.0 };
-            let back = slot.turn(slot.rotation(turn));
-            assert!(back.swing.distance(swing) < 1e-4, "{turn:?} {back:?}");
-            assert!((back.roll - turn.roll).abs() < 1e-4, "{turn:?} {back:?}");
-            let negated = slot.turn(-slot.rotation(turn));
-            assert!(
-                negated.swing.distance(swing) < 1e-4 && (negated.roll - turn.roll).abs() < 1e-4
-            );
+            for slot in [slot, straight] {
+                for node in tree.nodes() {
+                    for sign in [1.0, -1.0] {
+                        let q = slot.rotation(turn, node, -0.2) * sign;
+                        let back = slot.turn(q, node, -0.2);
+                        assert!(back.swing.distance(swing) < 1e-4, "{turn:?} {back:?}");
+                        assert!((back.roll - turn.roll).abs() < 1e-4, "{turn:?} {back:?}");
+                    }
+                }
+            }
         }
     }
 
@@ -178,9 +183,24 @@ mod tests {
         let apical = Quat::from_rotation_z(-2.0) * Quat::from_rotation_y(0.35);
         let slot =
             situated::Slot { mean: Vec2::new(0.0, 0.3), roll: -2.1, ..situated::Slot::PLAIN };
-        let turn = slot.turn(apical);
+        let turn = slot.turn(apical, tree(0.0).node(2), 0.0);
         assert!((turn.roll - 0.1).abs() < 1e-6, "{turn:?}");
         assert!(turn.swing.distance(Vec2::new(0.0, 0.05)) < 1e-6, "{turn:?}");
+    }
+
+    #[test]
+    fn a_shoot_that_gravity_turns_by_its_part_of_the_angle_to_the_vertical_has_no_swing() {
+        let slot = situated::Slot { roll: -2.0, scale: Vec2::ONE * 0.1, ..situated::Slot::PLAIN };
+        let tree = tree(0.4);
+        let parent = tree.node(2);
+        let front = parent.orientation * Vec3::NEG_Z;
+        let angle = front.angle_between(Vec3::Y);
+        // A third of the way up to the vertical, about the level axis.
+        let up = Quat::from_axis_angle(front.cross(Vec3::Y).normalize(), angle / 3.0);
+        let child = up * parent.orientation * Quat::from_rotation_z(-2.1);
+        let turn = slot.turn(parent.orientation.inverse() * child, parent, -1.0 / 3.0);
+        assert!(turn.swing.length() < 1e-5, "{turn:?}");
+        assert!((turn.roll + 0.1).abs() < 1e-5, "{turn:?}");
     }
 
     #[test]
@@ -191,13 +211,15 @@ mod tests {
             scale: Vec2::new(0.1, 0.05),
             roll_scale: 0.0,
         };
+        let tree = tree(0.0);
+        let parent = tree.node(1);
         for i in 0..50 {
             let f = i as f32;
             let bent = Vec3::new((f * 0.7).sin(), (f * 1.3).cos(), 0.2 * (f * 2.1).sin()) * 0.1;
             let q = Quat::from_rotation_z(core::f32::consts::PI)
                 * Quat::from_rotation_x(0.9)
                 * Quat::from_scaled_axis(bent);
-            let back = slot.rotation(slot.turn(q));
+            let back = slot.rotation(slot.turn(q, parent, -0.3), parent, -0.3);
             assert!((back * Vec3::NEG_Z).distance(q * Vec3::NEG_Z) < 1e-6);
         }
     }

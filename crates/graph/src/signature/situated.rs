@@ -269,8 +269,7 @@ pub fn encode_rotation(
     w.put(tips as f32 / parent_tips as f32);
     put_tips(&mut w, tips);
     w.put(roll);
-    let unswung = Turn { swing: Vec2::ZERO, roll };
-    let frame = node.orientation * slot.rotation(unswung);
+    let frame = node.orientation * slot.unswung(roll);
     let own = frame.inverse();
     w.put3(own * Vec3::Y);
     w.put3(own * outward_from_axis(node.position));
@@ -349,7 +348,8 @@ pub struct Turn {
     pub roll: f32,
 }
 
-/// How the rotations in a slot lie: `q = R_z(roll) · exp(mean swing) · exp(swing)`.
+/// How the rotations in a slot lie: `q = R_z(roll) · exp(mean swing) · exp(swing)`, the swing told off
+/// what gravity makes expect of an apical shoot.
 ///
 /// A shoot is rolled about its parent's front, then bent. Told so, the roll depends on nothing, and
 /// the swing of one axis on nothing but the shoot's own angle.
@@ -372,31 +372,78 @@ impl Slot {
     /// A slot where nothing is usual: swings and rolls are what they are.
     pub const PLAIN: Self = Self { mean: Vec2::ZERO, roll: 0.0, scale: Vec2::ONE, roll_scale: 1.0 };
 
-    /// The rotation of a turn.
+    /// The rotation of a turn, below this parent.
     #[must_use]
-    pub fn rotation(&self, turn: Turn) -> Quat {
-        let roll = Quat::from_rotation_z(self.roll + self.roll_scale * turn.roll);
-        (roll * swing(self.mean) * swing(turn.swing * self.scale)).normalize()
+    pub fn rotation(&self, turn: Turn, parent: &Node, gravitropism: f32) -> Quat {
+        let unswung = self.unswung(turn.roll);
+        let bend = self.bend(parent.orientation * unswung, gravitropism);
+        (unswung * swing(bend.out(turn.swing * self.scale))).normalize()
     }
 
     /// The turn of a rotation: the inverse of [`Slot::rotation`], up to the roll of a lateral, which
     /// is lost. The child's front is always kept.
     #[must_use]
-    pub fn turn(&self, rotation: Quat) -> Turn {
-        let mean = swing(self.mean);
-        if self.roll_scale == 0.0 {
-            let front =
-                (Quat::from_rotation_z(self.roll) * mean).inverse() * rotation * Vec3::NEG_Z;
-            let swing = Quat::from_rotation_arc(Vec3::NEG_Z, front);
-            return Turn { swing: swing_of(swing) / self.scale, roll: 0.0 };
+    pub fn turn(&self, rotation: Quat, parent: &Node, gravitropism: f32) -> Turn {
+        let (roll, swing) = self.split(rotation);
+        let bend = self.bend(parent.orientation * self.unswung(roll), gravitropism);
+        Turn { swing: bend.own(swing) / self.scale, roll }
+    }
+
+    /// The rotation of a child that is not swung off its slot's mean.
+    fn unswung(&self, roll: f32) -> Quat {
+        Quat::from_rotation_z(self.roll + self.roll_scale * roll) * swing(self.mean)
+    }
+
+    /// The roll in deviations, and the swing off the mean in radians.
+    #[must_use]
+    pub fn split(&self, rotation: Quat) -> (f32, Vec2) {
+        if self.is_lateral() {
+            let front = self.unswung(0.0).inverse() * rotation * Vec3::NEG_Z;
+            return (0.0, swing_of(Quat::from_rotation_arc(Vec3::NEG_Z, front)));
         }
         // The roll for which what is left has no component along the front.
+        let mean = swing(self.mean);
         let about_front = Quat::from_xyzw(0.0, 0.0, 1.0, 0.0);
         let (across, along) = (mean.inverse() * rotation, mean.inverse() * about_front * rotation);
         let roll = 2.0 * libm::atan2f(across.z, along.z);
         let rest = mean.inverse() * Quat::from_rotation_z(-roll) * rotation;
-        let off = wrapped(roll - self.roll);
-        Turn { swing: swing_of(rest) / self.scale, roll: off / self.roll_scale }
+        (wrapped(roll - self.roll) / self.roll_scale, swing_of(rest))
+    }
+
+    fn is_lateral(&self) -> bool {
+        self.roll_scale == 0.0
+    }
+
+    /// What a child of this unswung frame is expected to do.
+    fn bend(&self, frame: Quat, gravitropism: f32) -> Bend {
+        let (axis, angle) = to_the_vertical(frame);
+        if self.is_lateral() || axis == Vec2::ZERO {
+            return Bend { expected: Vec2::ZERO, x: Vec2::X };
+        }
+        let is_straight = self.mean == Vec2::ZERO;
+        Bend { expected: gravitropism * angle * axis, x: if is_straight { axis } else { Vec2::X } }
+    }
+}
+
+/// The swing that gravity makes expect, and the axis that swings are told along.
+///
+/// An apical shoot turns by v times its angle to the vertical, so its swing is told off that. Where
+/// shoots have no angle of their own (no mean swing) nothing but gravity bends them, so the swing is
+/// told along the axis of that bend and across.
+#[derive(Clone, Copy)]
+struct Bend {
+    expected: Vec2,
+    x: Vec2,
+}
+
+impl Bend {
+    fn own(self, swing: Vec2) -> Vec2 {
+        let off = swing - self.expected;
+        Vec2::new(off.dot(self.x), off.dot(self.x.perp()))
+    }
+
+    fn out(self, own: Vec2) -> Vec2 {
+        self.expected + own.x * self.x + own.y * self.x.perp()
     }
 }
 

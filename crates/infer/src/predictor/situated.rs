@@ -283,7 +283,7 @@ impl Situated {
             // The first of these draws is the roll's.
             let mut draws = seed.draws(lineage, Purpose::ChildRotation).at(1 + attempt);
             turn.swing = sampling::swing(outputs, slot, &mut draws)?;
-            let rotation = self.slots[tree.species][slot].rotation(turn);
+            let rotation = self.slots[tree.species][slot].rotation(turn, node, tree.gravitropism);
             let front = node.orientation * (rotation * Vec3::NEG_Z);
             if node.position.y + length * front.y >= 0.0 {
                 let thickness = thickness_of(tips, tree.tip_radius);

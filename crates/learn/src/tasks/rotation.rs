@@ -53,11 +53,11 @@ impl Task for Rotation<'_> {
 
     fn encode(&self, sample: usize, inputs: &mut [f32], targets: &mut [f32]) {
         let spot = self.parents[sample];
-        let species = self.species(sample);
+        let (node, tree) = (self.lesson.corpus.node(spot), self.lesson.conditions(spot));
         let shares = self.lesson.corpus.shares(spot);
         let sibling = |slot: usize| {
             let child = self.lesson.corpus.child(spot, slot)?;
-            let turn = self.rotations.turn(species, child);
+            let turn = self.rotations.turn(tree, node, child);
             Some(Sibling { tips: shares.children[slot], turn })
         };
         let siblings: [_; MAX_CHILDREN] =
@@ -68,17 +68,17 @@ impl Task for Rotation<'_> {
             branching: shares.branching(),
             parent_tips: shares.tips,
             tips,
-            slot: self.rotations.slots[species][self.slot],
+            slot: self.rotations.slots[tree.species][self.slot],
             roll: turn.roll,
             earlier: &siblings[..self.slot],
         };
-        let (node, tree) = (self.lesson.corpus.node(spot), self.lesson.conditions(spot));
         situated::encode_rotation(node, tree, &context, rest);
         let (x, rest) = targets.split_at_mut(ROTATION_COMPONENTS);
         let (y, is_aligned) = rest.split_at_mut(ROTATION_COMPONENTS);
         x.fill(turn.swing.x);
         y.fill(turn.swing.y);
-        is_aligned[0] = f32::from(u8::from(self.rotations.is_aligned(species, self.slot, turn)));
+        is_aligned[0] =
+            f32::from(u8::from(self.rotations.is_aligned(tree.species, self.slot, turn)));
     }
 
     /// Noise on the traits: eight exact numbers name a training tree, and a network would learn its

@@ -3,7 +3,8 @@
 use deeptree_graph::signature::situated::{Slot, Turn};
 use deeptree_graph::signature::thickness_of;
 use deeptree_graph::{
-    BranchGraph, ChildSignature, Draws, Lineage, NodeId, Purpose, Quat, Seed, TreeInfo, Vec2, Vec3,
+    BranchGraph, ChildSignature, Draws, Lineage, Node, NodeId, Purpose, Quat, Seed, TreeInfo, Vec2,
+    Vec3,
 };
 use deeptree_learn::TrainingSet;
 
@@ -17,6 +18,9 @@ pub(crate) const GOES_ON: [f64; 3] = [0.8, 0.55, 0.3];
 /// slot 0. A fork takes slots 0 and 1, 0 and 2, or all, equally often; the last with three tips or
 /// more.
 pub(crate) const FORKS: f64 = 0.6;
+
+/// v of all trees.
+const GRAVITROPISM: f32 = -0.1;
 
 /// Deviations of a child's swing from its slot's mean, in radians.
 pub(crate) const SPREAD: Vec2 = Vec2::new(0.10, 0.05);
@@ -54,7 +58,7 @@ fn tree(seed: Seed, species: usize) -> BranchGraph {
     let info = TreeInfo {
         species: ["ash", "elm"][species].into(),
         age: 30 + draws.index(10) as u32,
-        gravitropism: -0.1,
+        gravitropism: GRAVITROPISM,
         seed: seed.0,
     };
     let root = ChildSignature {
@@ -70,7 +74,8 @@ fn tree(seed: Seed, species: usize) -> BranchGraph {
         let shares = shares(own, order, &mut draws);
         let child = |slot: usize| {
             let mut draws = draws.clone().at((3 * id + slot) as u64);
-            (shares[slot] > 0).then(|| signature(species, slot, shares[slot], &mut draws))
+            let parent = &tree.nodes()[id];
+            (shares[slot] > 0).then(|| signature(species, slot, shares[slot], parent, &mut draws))
         };
         tree.grow(id as NodeId, [child(0), child(1), child(2)]);
         tips.extend(shares.into_iter().filter(|&tips| tips > 0));
@@ -105,11 +110,17 @@ fn shares(tips: u32, order: usize, draws: &mut Draws) -> [u32; 3] {
     }
 }
 
-fn signature(species: usize, number: usize, tips: u32, draws: &mut Draws) -> ChildSignature {
+fn signature(
+    species: usize,
+    number: usize,
+    tips: u32,
+    parent: &Node,
+    draws: &mut Draws,
+) -> ChildSignature {
     let mut normal = || draws.normal() as f32;
     let turn = Turn { swing: Vec2::new(normal(), normal()), roll: normal() };
     ChildSignature {
-        rotation: slot(species, number).rotation(turn),
+        rotation: slot(species, number).rotation(turn, parent, GRAVITROPISM),
         thickness: thickness_of(tips, TIP_RADIUS[species]),
         length: 0.5 + 0.5 * draws.uniform() as f32,
     }
