@@ -70,8 +70,6 @@ pub(crate) struct Out {
 /// Which trees.
 #[derive(clap::Args)]
 pub(crate) struct Which {
-    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow.
-    pub(crate) species: String,
     /// Seed of the first tree; the next ones have the numbers after it.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     pub(crate) seed: u64,
@@ -91,6 +89,14 @@ pub(crate) struct Which {
 
 #[derive(clap::Args)]
 pub(crate) struct Generate {
+    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow.
+    #[arg(required_unless_present = "blend", conflicts_with = "blend")]
+    pub(crate) species: Option<String>,
+    /// A species between species, with the weight of each, such as oak:0.7,willow:0.3. It is an
+    /// interpolation of what the networks learned of them: nothing of the kind was ever grown, and
+    /// nothing says how such a tree should look.
+    #[arg(long, value_name = "LIST")]
+    pub(crate) blend: Option<String>,
     #[command(flatten)]
     pub(crate) which: Which,
     #[command(flatten)]
@@ -134,6 +140,8 @@ pub(crate) struct ModelChoice {
 
 #[derive(clap::Args)]
 pub(crate) struct Grow {
+    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow.
+    pub(crate) species: String,
     #[command(flatten)]
     pub(crate) which: Which,
     #[command(flatten)]

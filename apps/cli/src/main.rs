@@ -2,6 +2,7 @@
 
 mod args;
 mod batch;
+mod blend;
 mod format;
 mod input;
 mod models;

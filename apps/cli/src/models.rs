@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use deeptree_infer::{Model, Workspace};
+use deeptree_infer::{Model, Weights, Workspace};
 
 use crate::args::{ModelChoice, UsageError};
 
@@ -14,8 +14,12 @@ const PAPER: &[u8] = include_bytes!("../../../models/paper.safetensors");
 impl ModelChoice {
     /// Loads the model: one that ships by its name, else a file.
     pub(crate) fn load(&self) -> Result<Model> {
-        let bytes = self.bytes()?;
-        Model::from_bytes(&bytes).with_context(|| format!("{} is no model", self.model.display()))
+        Model::from_weights(&self.weights()?).with_context(|| self.no_model())
+    }
+
+    /// The numbers of the model.
+    pub(crate) fn weights(&self) -> Result<Weights> {
+        Weights::from_bytes(&self.bytes()?).with_context(|| self.no_model())
     }
 
     /// The bytes of the model's file.
@@ -25,6 +29,10 @@ impl ModelChoice {
             Some("paper") => PAPER.into(),
             _ => read_file(&self.model)?.into(),
         })
+    }
+
+    fn no_model(&self) -> String {
+        format!("{} is no model", self.model.display())
     }
 
     /// Memory for predictions on the chosen instruction set.

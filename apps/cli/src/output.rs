@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use deeptree_export::tables::{TableMeta, TableWriter};
 use deeptree_export::{glb, obj, ply, write_atomically};
+use deeptree_graph::Share;
 use deeptree_graph::codec::csv::CsvWriter;
 use deeptree_graph::codec::{dtree::SeedFile, tree_format};
 use deeptree_mesh::{WoodOptions, wood};
@@ -22,6 +23,8 @@ pub(crate) struct Target {
     pub(crate) lod: u8,
     /// The model that made the trees; none for trees of the growth model.
     pub(crate) model: Option<[u8; 16]>,
+    /// The species that the trees' lies between; empty for trees of one.
+    pub(crate) blend: Vec<Share>,
     /// One file a tree in the folder `path`.
     pub(crate) folder: bool,
 }
@@ -45,7 +48,7 @@ impl Target {
                 format.extension()
             )));
         }
-        Ok(Self { path: path.to_owned(), format, lod, model: None, folder })
+        Ok(Self { path: path.to_owned(), format, lod, model: None, blend: Vec::new(), folder })
     }
 
     /// Runs `make`, which hands over trees one by one, and writes them. Nothing is left behind
@@ -58,8 +61,9 @@ impl Target {
             std::fs::create_dir_all(&self.path)
                 .with_context(|| format!("cannot create the folder {}", self.path.display()))?;
             return make(&mut |made| {
-                let name =
-                    format!("{}-{}.{}", made.tree.info.species, made.seed, self.format.extension());
+                // No file system minds these; a colon is a drive on some.
+                let species = made.tree.info.species.replace(':', "-").replace(',', "_");
+                let name = format!("{species}-{}.{}", made.seed, self.format.extension());
                 self.write_file(&self.path.join(name), |out| self.write_one(made, out))
             });
         }
@@ -138,6 +142,7 @@ impl Target {
         Ok(SeedFile {
             model,
             species: u8::try_from(germ.species).context("a .dtree file numbers 256 species")?,
+            blend: self.blend.clone(),
             age: germ.root.age as u16,
             gravitropism: germ.root.gravitropism,
             seed: germ.seed.0,

@@ -55,6 +55,31 @@ fn ranges_that_nothing_can_be_drawn_from_are_refused() {
 }
 
 #[test]
+fn blends_that_cannot_be_are_refused() {
+    let desk = Desk::new();
+    for (list, part) in [
+        ("oak:0.7", "2 to 11 species"),
+        ("oak,willow", "'oak' is no species with a weight"),
+        ("oak:0.7,wilow:0.3", "did you mean willow?"),
+        ("oak:0.7,willow:0", "above 0"),
+        ("oak:0.7,willow:-1", "above 0"),
+        ("oak:inf,willow:1", "finite"),
+        ("oak:NaN,willow:1", "finite"),
+        ("oak:x,willow:1", "finite"),
+        ("oak:1,oak:2", "named twice"),
+        ("oak:1,willow:1e-9", "too small to matter"),
+        ("", "is no species with a weight"),
+    ] {
+        desk.fails(&["generate", "--blend", list, "-o", "a.csv"], USAGE, part);
+    }
+    let both = ["generate", "oak", "--blend", "oak:1,willow:1", "-o", "a.csv"];
+    desk.fails(&both, USAGE, "cannot be used with");
+    let paper = ["generate", "--blend", "oak:1,willow:1", "--model", "paper", "-o", "a.csv"];
+    desk.fails(&paper, USAGE, "kind `paper`");
+    desk.fails(&["generate", "-o", "a.csv"], USAGE, "not provided");
+}
+
+#[test]
 fn outputs_that_cannot_be_are_refused() {
     let desk = Desk::new();
     desk.fails(&["generate", "oak", "-o", "tree.xyz123"], USAGE, ".xyz123");

@@ -41,6 +41,28 @@ fn a_tree_is_its_seed() {
 }
 
 #[test]
+fn a_tree_of_a_blend_is_its_seed_too() {
+    let desk = Desk::new();
+    let make = |list: &str, name: &str| {
+        desk.ok(&["generate", "--blend", list, "--seed", "7", "-o", name]);
+        desk.read(name)
+    };
+    make("oak:0.7,willow:0.3", "blend.dtree");
+    let table = make("oak:0.7,willow:0.3", "blend.csv");
+    desk.ok(&["convert", "blend.dtree", "again.csv"]);
+    assert!(desk.read("blend.dtree").len() < 128);
+    assert!(table == desk.read("again.csv"));
+    // Only the parts count, not the order or the sum of the weights.
+    assert!(table == make("willow:3,oak:7", "same.csv"));
+    assert!(table != make("oak:0.6,willow:0.4", "other.csv"));
+    let info: serde_json::Value =
+        serde_json::from_str(&desk.ok(&["info", "blend.dtree", "--json"])).unwrap();
+    assert_eq!(info["trees"][0]["species"], "oak:0.7,willow:0.3");
+    desk.ok(&["generate", "--blend", "oak:1,pine:1", "--count", "2", "-o", "folder"]);
+    assert!(desk.path("folder/oak-0.5_pine-0.5-1.glb").exists());
+}
+
+#[test]
 fn the_third_tree_of_a_batch_is_the_tree_of_its_seed() {
     let desk = Desk::new();
     desk.ok(&["generate", "pine", "--seed", "10", "--count", "3", "-o", "all", "--format", "csv"]);

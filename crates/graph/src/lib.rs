@@ -18,6 +18,7 @@
 
 #![forbid(unsafe_code)]
 
+mod blend;
 pub mod codec;
 mod graph;
 mod paths;
@@ -28,6 +29,7 @@ pub mod signature;
 pub mod testing;
 mod traits;
 
+pub use blend::Share;
 pub use glam::{Quat, Vec2, Vec3};
 pub use graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, TreeInfo};
 pub use paths::{Path, branches, chains};

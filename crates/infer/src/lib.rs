@@ -19,4 +19,4 @@ mod weights;
 pub use kernels::{SimdPath, UnknownPath};
 pub use mlp::{Dense, Mlp, MlpError, Scratch};
 pub use predictor::{Active, Branchlet, Model, Overflow, Predictor, ROOT_COLUMNS, Root, Workspace};
-pub use weights::{ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder};
+pub use weights::{BlendError, ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder};

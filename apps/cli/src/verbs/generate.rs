@@ -9,23 +9,37 @@ use super::making::{self, whole_age};
 use super::unknown_species;
 use crate::args::{self, Args, UsageError};
 use crate::batch::Made;
+use crate::blend;
 use crate::output::Target;
 
 pub(crate) fn run(args: &Args, verb: &args::Generate) -> Result<()> {
-    let model = verb.model.load()?;
+    let (model, blend) = match &verb.blend {
+        None => (verb.model.load()?, Vec::new()),
+        Some(list) => {
+            let weights = verb.model.weights()?;
+            let shares = blend::shares(list, weights.species())?;
+            (blend::model(&weights, &shares)?, shares)
+        }
+    };
     verb.model.workspace()?;
-    if !model.species().contains(&verb.which.species) {
-        return Err(unknown_species(&verb.which.species, model.species()).into());
+    let species = match &verb.species {
+        Some(name) => name,
+        // A blend is the only species of its model.
+        None => &model.species()[0],
+    };
+    if !model.species().contains(species) {
+        return Err(unknown_species(species, model.species()).into());
     }
     let count = u64::from(verb.which.count);
     let mut target = Target::new(&verb.out.output, verb.out.format, count, verb.out.lod)?;
     target.model = Some(model.hash());
+    target.blend = blend;
     let age = verb.which.age.map(whole_age).transpose()?;
     let asked = Request {
         age,
         gravitropism: verb.which.gravitropism,
         wishes: wishes(verb),
-        ..Request::new(&verb.which.species, Seed(verb.which.seed))
+        ..Request::new(species, Seed(verb.which.seed))
     };
     let asked = if verb.force { within_reach(args, &model, asked)? } else { asked };
     let request = |seed| Request { seed: Seed(seed), ..asked.clone() };
@@ -35,6 +49,7 @@ pub(crate) fn run(args: &Args, verb: &args::Generate) -> Result<()> {
     let limits = Limits { budget: verb.budget as usize, batch: verb.batch as usize };
     making::run(
         args,
+        species,
         &verb.which,
         &verb.out,
         &target,

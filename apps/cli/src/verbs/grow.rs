@@ -19,15 +19,15 @@ pub(crate) fn run(args: &Args, verb: &args::Grow) -> Result<()> {
         bail!(output::seed_files_are_generated());
     }
     let one = |(): &mut (), seed| {
-        let grown = grow(&which.species, &parameters, Seed(seed))?;
+        let grown = grow(&verb.species, &parameters, Seed(seed))?;
         Ok(Made { seed, number: 0, tree: grown.tree, germ: None, hit_budget: grown.hit_budget })
     };
-    making::run(args, which, &verb.out, &target, || Ok(()), one)
+    making::run(args, &verb.species, which, &verb.out, &target, || Ok(()), one)
 }
 
 /// The numbers of the species, with what the command line overrides.
 fn parameters(verb: &args::Grow) -> Result<Parameters> {
-    let mut parameters = super::preset(&verb.which.species)?.parameters(verb.profile).clone();
+    let mut parameters = super::preset(&verb.species)?.parameters(verb.profile).clone();
     if let Some(age) = verb.which.age {
         parameters.age = age;
     }

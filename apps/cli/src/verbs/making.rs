@@ -13,6 +13,7 @@ use crate::report;
 /// Makes the trees that `which` asks for and writes them to the target.
 pub(super) fn run<W>(
     args: &Args,
+    species: &str,
     which: &args::Which,
     out: &args::Out,
     target: &Target,
@@ -21,7 +22,7 @@ pub(super) fn run<W>(
 ) -> Result<()> {
     let count = u64::from(which.count);
     let mut seen = Seen::default();
-    let bar = report::bar(args, count, &which.species);
+    let bar = report::bar(args, count, species);
     batch::on_threads(which.threads, || {
         target.write(|take| {
             batch::make(which.seed, count, worker, one, |k, mut made, took| {

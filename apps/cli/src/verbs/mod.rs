@@ -28,7 +28,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 }
 
 /// A name that is no species, with the nearest that is.
-fn unknown_species(name: &str, known: &[String]) -> UsageError {
+pub(crate) fn unknown_species(name: &str, known: &[String]) -> UsageError {
     let nearest = known
         .iter()
         .min_by_key(|known| strsim::damerau_levenshtein(known, &name.to_lowercase()))

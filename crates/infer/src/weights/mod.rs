@@ -14,6 +14,7 @@
 //! | `<network>.<layer>.bias` | `[outputs]` | |
 //! | any other name | any | tables that a model kind asks for by name |
 
+mod blend;
 mod builder;
 mod error;
 mod table;
@@ -24,6 +25,7 @@ use std::collections::BTreeMap;
 use safetensors::{Dtype, SafeTensors, tensor::Metadata};
 use sha2::{Digest, Sha256};
 
+pub use blend::BlendError;
 pub use builder::WeightsBuilder;
 pub use error::ReadWeightsError;
 pub use table::Table;
