@@ -257,7 +257,7 @@ fn areas(all: &[Tested], chapter: &mut Chapter) {
             let auc = &test.auc;
             let text = format!("{:.3} [{:.3}, {:.3}]", auc.value, auc.low, auc.high);
             let p = test.p_value.unwrap_or(test.held_out_p_value);
-            vec![Cell::new(text, tone), Cell::new(short(p, 2), Tone::Quiet)]
+            vec![Cell::new(text, tone), Cell::new(chance(p), Tone::Quiet)]
         };
         let species = Cell::from(one.species.as_str());
         let other = Cell::new(one.other.as_str(), Tone::Quiet);
@@ -282,9 +282,9 @@ fn telltales(all: &[Tested], chapter: &mut Chapter) {
     let tests = all.iter().filter_map(|one| Some((&one.species, one.get(Against::Learner)?)));
     for (species, test) in tests {
         let row = |one: &deeptree_eval::two_sample::Telltale| {
-            // As many places as the smaller spread that is one needs.
+            // As many places as the smaller spread that is one needs; features have six.
             let spread = [one.sd_a, one.sd_b].into_iter().filter(|sd| *sd > 1e-9);
-            let digits = places(spread.fold(f64::INFINITY, f64::min).min(1e3), 2);
+            let digits = places(spread.fold(f64::INFINITY, f64::min).min(1e3), 2).min(6);
             let moments = |mean, sd| Cell::from(format!("{mean:.digits$} ± {sd:.digits$}"));
             vec![
                 Cell::from(one.name.as_str()),
@@ -292,7 +292,7 @@ fn telltales(all: &[Tested], chapter: &mut Chapter) {
                 moments(one.mean_a, one.sd_a),
                 moments(one.mean_b, one.sd_b),
                 Cell::from(format!("{:.3}", one.distances.ks)),
-                Cell::new(short(one.distances.ks_p, 2), Tone::Quiet),
+                Cell::new(chance(one.distances.ks_p), Tone::Quiet),
             ]
         };
         chapter.table(
@@ -304,6 +304,11 @@ fn telltales(all: &[Tested], chapter: &mut Chapter) {
             test.telltales.iter().map(row).collect(),
         );
     }
+}
+
+/// A p-value in words of a table.
+fn chance(p: f64) -> String {
+    if p < 0.001 { "< 0.001".to_owned() } else { short(p, 2) }
 }
 
 fn json(all: &[Tested]) -> Result<serde_json::Value> {
