@@ -1,7 +1,9 @@
 //! How to train.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
+use deeptree_graph::signature::paper;
 use deeptree_infer::ModelKind;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +17,8 @@ pub enum Kind {
     Situated,
     /// As published: a classifier and a cascade of regressors.
     Paper,
+    /// The published classifier and regressors as heads of one network.
+    Joint,
 }
 
 impl From<Kind> for ModelKind {
@@ -22,6 +26,7 @@ impl From<Kind> for ModelKind {
         match kind {
             Kind::Situated => Self::Situated,
             Kind::Paper => Self::Paper,
+            Kind::Joint => Self::Joint,
         }
     }
 }
@@ -85,6 +90,11 @@ pub struct NetworkOptions {
     /// Learning rate after the warm-up.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learning_rate: Option<f64>,
+    /// The attributes of the node that the network reads, by the names in
+    /// [`deeptree_graph::signature::paper::ATTRIBUTES`]; not for kind `situated`. The others are
+    /// zeros in training, and the model that is written has no weights for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reads: Option<Vec<String>>,
 }
 
 impl TrainOptions {
@@ -123,7 +133,7 @@ impl TrainOptions {
                     .into(),
                 ..situated
             },
-            Kind::Paper => Self {
+            Kind::Paper | Kind::Joint => Self {
                 batch: 512,
                 epochs: 6,
                 steps_per_epoch: Some(10_000),
@@ -171,6 +181,11 @@ impl TrainOptions {
             check(rates, "learning_rate", format!("{:?}", one.learning_rate), "above 0")?;
             let widths = one.hidden.iter().flatten().all(|&width| width > 0);
             check(widths, "hidden", format!("{:?}", one.hidden), "widths of at least 1")?;
+            for attribute in one.reads.iter().flatten() {
+                let known =
+                    self.kind != Kind::Situated && paper::ATTRIBUTES.contains(&&**attribute);
+                check(known, "reads", format!("`{attribute}`"), "an attribute that the kind has")?;
+            }
         }
         known.iter().try_for_each(|&network| {
             let plan = self.schedule(network, 1);
@@ -178,6 +193,17 @@ impl TrainOptions {
             let steps = plan.steps_per_epoch;
             check(steps > 0, "steps_per_epoch", steps.to_string(), "at least 1")
         })
+    }
+
+    /// The inputs that a network does not read, of a model of so many species.
+    pub(crate) fn unread(&self, network: Network, species: usize) -> Vec<Range<usize>> {
+        let Some(reads) = self.networks.get(network.name()).and_then(|own| own.reads.as_ref())
+        else {
+            return Vec::new();
+        };
+        let hidden = |name: &&&str| !reads.iter().any(|read| read == **name);
+        let range = |name: &&str| paper::attribute(name, species);
+        paper::ATTRIBUTES.iter().filter(hidden).filter_map(range).collect()
     }
 
     /// What holds for one network of so many samples. Without any (no species has children in the

@@ -3,6 +3,7 @@
 
 mod classifier;
 mod existence;
+mod joint;
 mod regressor;
 mod rotation;
 mod split;
@@ -32,6 +33,7 @@ pub(crate) enum Network {
     Classifier,
     /// Of the child in a slot.
     Regressor(usize),
+    Joint,
 }
 
 impl Network {
@@ -47,6 +49,7 @@ impl Network {
             Kind::Paper => {
                 [Self::Classifier].into_iter().chain(slots.map(Self::Regressor)).collect()
             }
+            Kind::Joint => vec![Self::Joint],
         }
     }
 
@@ -59,6 +62,7 @@ impl Network {
             Self::Rotation(slot) => ROTATIONS[slot],
             Self::Classifier => "classifier",
             Self::Regressor(slot) => REGRESSORS[slot],
+            Self::Joint => "joint",
         }
     }
 
@@ -70,6 +74,7 @@ impl Network {
             Self::Rotation(slot) => 3 + slot as u64,
             Self::Classifier => 11,
             Self::Regressor(slot) => 12 + slot as u64,
+            Self::Joint => 21,
         }
     }
 
@@ -80,7 +85,7 @@ impl Network {
             Self::Split => &[64, 64],
             Self::Rotation(_) => &[96, 96],
             // Four networks of 160-160-160 have the 913 kB of the paper.
-            Self::Classifier | Self::Regressor(_) => &[160, 160, 160],
+            Self::Classifier | Self::Regressor(_) | Self::Joint => &[160, 160, 160],
         }
     }
 }
@@ -158,6 +163,7 @@ impl<'a> Lesson<'a> {
             (Network::Split, _) => Box::new(split::Split::new(self)),
             (Network::Classifier, _) => Box::new(classifier::Classifier::new(self)),
             (Network::Regressor(slot), _) => Box::new(regressor::Regressor::new(self, slot)),
+            (Network::Joint, _) => Box::new(joint::Joint::new(self)),
             (Network::Existence, _) => Box::new(existence::Existence::new(self)),
             (Network::Rotation(_), None) => {
                 unreachable!("kind `situated`, which has these networks, has their tables")

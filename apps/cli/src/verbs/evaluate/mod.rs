@@ -1,7 +1,15 @@
 //! `evaluate`: teacher beside learner, beside the paper, chapter by chapter.
 
+#[cfg(feature = "train")]
+mod ablation;
+#[cfg(feature = "train")]
+mod joint;
+#[cfg(feature = "train")]
+mod lab;
 mod study;
 mod table;
+#[cfg(not(feature = "train"))]
+mod untrained;
 
 use std::fs;
 use std::time::Instant;
@@ -13,12 +21,15 @@ use serde_json::json;
 use crate::args::{self, Args, UsageError};
 use crate::report;
 use study::Study;
+#[cfg(not(feature = "train"))]
+use untrained::{ablation, joint};
 
 /// What a chapter is called, and what makes it.
 type Maker = fn(&Study<'_>) -> Result<Chapter>;
 
 /// The chapters of a report, in their order.
-const CHAPTERS: [(&str, Maker); 1] = [("table", table::chapter)];
+const CHAPTERS: [(&str, Maker); 3] =
+    [("table", table::chapter), ("ablation", ablation::chapter), ("joint", joint::chapter)];
 
 /// Runs the chapters asked for. The page is written anew after each, so that a run that is cut off
 /// leaves what it had; the next one goes on from the parts that are done.

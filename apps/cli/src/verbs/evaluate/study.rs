@@ -70,7 +70,7 @@ impl<'a> Study<'a> {
 
     /// The part of this name: read where an earlier run with the same options and model left it,
     /// else made and left for the next.
-    #[expect(dead_code, reason = "the next chapters leave parts")]
+    #[cfg_attr(not(feature = "train"), expect(dead_code, reason = "training leaves parts"))]
     pub(crate) fn part<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
