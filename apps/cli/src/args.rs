@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
+use deeptree_dataset::Span;
 use deeptree_growth::Profile;
 
 use crate::format::Format;
@@ -157,6 +158,14 @@ pub(crate) struct Dataset {
     /// The numbers of the species.
     #[arg(long, default_value = "reference", value_parser = profile)]
     pub(crate) profile: Profile,
+    /// Draw each tree's age from these growth cycles, both ends of a range included, such as
+    /// 10..22,28..40 [default: the age of the profile].
+    #[arg(long, value_name = "RANGES", value_parser = spans::<u32>)]
+    pub(crate) ages: Option<Spans<u32>>,
+    /// Draw each tree's gravitropism from these values, such as -0.4..-0.25,0.25..0.4 [default:
+    /// that of the profile].
+    #[arg(long, value_name = "RANGES", allow_hyphen_values = true, value_parser = spans::<f64>)]
+    pub(crate) gravitropisms: Option<Spans<f64>>,
     /// The corpus' folder; a corpus begun there is continued.
     #[arg(long, short, value_name = "DIR")]
     pub(crate) output: PathBuf,
@@ -164,8 +173,9 @@ pub(crate) struct Dataset {
 
 #[derive(clap::Args)]
 pub(crate) struct Train {
-    /// The corpus' folder.
-    pub(crate) data: PathBuf,
+    /// The corpus' folder; several make one training set of the species of the first.
+    #[arg(required = true)]
+    pub(crate) data: Vec<PathBuf>,
     /// situated, paper for the published recipe, or joint for the one network that the paper
     /// compares its recipe with.
     #[arg(long, default_value = "situated", value_parser = ["situated", "paper", "joint"])]
@@ -189,7 +199,7 @@ pub(crate) struct Train {
     /// Samples an epoch looks at [default: what the kind needs].
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) samples: Option<u64>,
-    /// Use only the first N training trees of each species.
+    /// Use only the first N training trees of each species of a corpus.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) trees: Option<u32>,
     /// Networks that train side by side, one thread each [default: one a core].
@@ -266,6 +276,23 @@ pub(crate) struct OutPath {
     /// Level of detail of meshes, 0 (finest) to 3.
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3))]
     pub(crate) lod: u8,
+}
+
+/// A list of ranges.
+#[derive(Clone, Debug)]
+pub(crate) struct Spans<T>(pub(crate) Vec<Span<T>>);
+
+/// `10..22,28..40`; one number is a range of its own.
+fn spans<T: std::str::FromStr + Copy>(text: &str) -> Result<Spans<T>, String> {
+    let number = |text: &str| {
+        let error = || format!("`{text}` is no number; write ranges as 10..22,28..40");
+        text.trim().parse::<T>().map_err(|_| error())
+    };
+    let span = |text: &str| match text.split_once("..") {
+        Some((low, high)) => Ok(Span(number(low)?, number(high)?)),
+        None => number(text).map(|value| Span(value, value)),
+    };
+    Ok(Spans(text.split(',').map(span).collect::<Result<_, String>>()?))
 }
 
 fn finite(text: &str) -> Result<f32, String> {

@@ -38,6 +38,23 @@ fn numbers_that_cannot_be_are_refused() {
 }
 
 #[test]
+fn ranges_that_nothing_can_be_drawn_from_are_refused() {
+    let desk = Desk::new();
+    for (option, ranges, part) in [
+        ("--ages", "20..10", "must not end below"),
+        ("--ages", "10..20,15..30", "ascend"),
+        ("--ages", "10..x", "`x` is no number"),
+        ("--ages", "", "is no number"),
+        ("--ages", "0..5", "between 1 and 100"),
+        ("--ages", "5..101", "between 1 and 100"),
+        ("--gravitropisms", "-0.4..NaN", "finite"),
+        ("--gravitropisms", "-2..0", "between -1 and 1"),
+    ] {
+        desk.fails(&["dataset", option, ranges, "--trees", "1", "-o", "d"], USAGE, part);
+    }
+}
+
+#[test]
 fn outputs_that_cannot_be_are_refused() {
     let desk = Desk::new();
     desk.fails(&["generate", "oak", "-o", "tree.xyz123"], USAGE, ".xyz123");

@@ -103,6 +103,35 @@ fn a_corpus_is_built_described_and_continued() {
 }
 
 #[test]
+fn trees_of_a_corpus_differ_in_age_and_gravitropism_as_asked() {
+    let desk = Desk::new();
+    let words = ["dataset", "--species", "tulip", "--trees", "8", "--ages", "8..10,14"];
+    let words = [&words[..], &["--gravitropisms", "-0.4..-0.3,0.1..0.2", "-o", "corpus"]].concat();
+    assert!(desk.ok(&words).contains("1 shards written"));
+    assert!(desk.ok(&words).contains("0 shards written, 1 there already"));
+    let shard = "corpus/tulip-000.parquet";
+    let figures: serde_json::Value =
+        serde_json::from_str(&desk.ok(&["info", shard, "--json"])).unwrap();
+    let trees = figures["trees"].as_array().unwrap();
+    assert_eq!(trees.len(), 8);
+    for (number, tree) in trees.iter().enumerate() {
+        let age = tree["age"].as_u64().unwrap();
+        let gravitropism = tree["gravitropism"].as_f64().unwrap() as f32;
+        assert!([8, 9, 10, 14].contains(&age), "{age}");
+        let within = (-0.4..=-0.3).contains(&gravitropism) || (0.1..=0.2).contains(&gravitropism);
+        assert!(within, "{gravitropism}");
+        // It is the tree that the growth model makes of its seed, age and gravitropism.
+        let number = number.to_string();
+        desk.ok(&["convert", shard, "--tree", &number, "there.csv"]);
+        let words = ["grow", "tulip", "--seed", &number, "--age", &age.to_string()];
+        let gravitropism = gravitropism.to_string();
+        desk.ok(&[&words[..], &["--gravitropism", &gravitropism, "-o", "grown.csv"]].concat());
+        assert!(desk.read("grown.csv") == desk.read("there.csv"), "tree {number}");
+    }
+    assert!(trees.iter().any(|tree| tree["age"] != trees[0]["age"]));
+}
+
+#[test]
 fn an_evaluation_saves_and_prints_the_table() {
     let desk = Desk::new();
     let text = desk.ok(&["evaluate", "--species", "walnut", "--trees", "3", "-o", "report"]);

@@ -80,7 +80,34 @@ fn one_species_of_a_corpus_and_some_attributes_of_a_node_can_be_trained_on() {
     bad(&["--classifier-attributes", "p,dx"], "p, t, dr, ds, qp, lp, o, mp, a, v, s");
     bad(&["--regressor-attributes", ""], "--regressor-attributes");
     bad(&["--species", "wallnut"], "did you mean walnut?");
-    bad(&["--kind", "joint", "--classifier-attributes", "p"], "--kind paper");
+    let words = ["train", "corpus", "--kind", "joint", "--classifier-attributes", "p"];
+    desk.fails(&[&words[..], &out].concat(), 2, "--kind paper");
+}
+
+#[test]
+fn several_corpora_make_one_training_set() {
+    let desk = corpus();
+    let build = |words: &[&str]| desk.ok(&[&["dataset", "--trees", "5"], words].concat());
+    build(&["--species", "walnut", "--ages", "10..20", "--seed", "100", "-o", "young"]);
+    build(&["--species", "tulip", "-o", "tulips"]);
+    let words = |model| {
+        let short = ["--epochs", "1", "--samples", "4096", "--trees", "2", "-o", model];
+        [&["train", "corpus", "young"][..], &short].concat()
+    };
+    desk.ok(&words("both.safetensors"));
+    let info = |name: &str| -> serde_json::Value {
+        serde_json::from_str(&desk.ok(&["info", name, "--json"])).unwrap()
+    };
+    // Two training trees of each corpus are there to start from, of the ages of both.
+    assert_eq!(info("both.safetensors")["roots"], serde_json::json!([4]));
+    let toml = String::from_utf8(desk.read("both.toml")).unwrap();
+    for corpus in ["corpus", "young"] {
+        assert!(toml.contains(info(corpus)["hash"].as_str().unwrap()), "{corpus}");
+    }
+
+    let alien = ["train", "corpus", "tulips", "-o", "m.safetensors"];
+    desk.fails(&alien, 1, "tulips has the species tulip, which corpus has not");
+    desk.fails(&["train", "corpus", "corpus", "-o", "m.safetensors"], 1, "the same trees");
 }
 
 #[test]

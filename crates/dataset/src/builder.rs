@@ -12,6 +12,7 @@ use deeptree_graph::{BranchGraph, Seed};
 use rayon::prelude::*;
 
 use crate::plan::{CorpusPlan, PLAN_FILE, PlanError};
+use crate::priors::Priors;
 use crate::shard::Shard;
 
 /// How far a build has come.
@@ -65,14 +66,19 @@ pub enum BuildError {
          {grown_seed}; a grown tree must carry the species and the seed asked for"
     )]
     GrownOther { species: String, number: u32, seed: u64, grown_species: String, grown_seed: u64 },
+    #[error(
+        "tree {number} of {species} (seed {seed}) was not grown at the age and gravitropism that \
+         the plan draws for it"
+    )]
+    GrownAtOther { species: String, number: u32, seed: u64 },
     #[error(transparent)]
     Write(#[from] WriteError),
 }
 
 /// Builds the corpus of `plan` in the folder `dir`, or finishes it.
 ///
-/// `grow` makes the tree of a species and a seed, on several threads at once; how many changes
-/// nothing in the files. A file appears under its name only when it is complete, so a build that
+/// `grow` makes the tree of a species, a seed and what the plan draws for it, on several threads at
+/// once; how many changes nothing in the files. A file appears under its name only when it is complete, so a build that
 /// was stopped anywhere can be run again: whole shards are kept, damaged ones grown anew. One build
 /// at a time may use a folder.
 ///
@@ -83,7 +89,7 @@ pub enum BuildError {
 pub fn build<E: Error + Send + Sync + 'static>(
     plan: &CorpusPlan,
     dir: &Path,
-    grow: impl Fn(&str, Seed) -> Result<BranchGraph, E> + Sync,
+    grow: impl Fn(&str, Seed, &Priors) -> Result<BranchGraph, E> + Sync,
     mut progress: impl FnMut(Progress<'_>),
 ) -> Result<BuildReport, BuildError> {
     plan.check()?;
@@ -165,10 +171,10 @@ fn write_shard<E: Error + Send + Sync + 'static>(
     shard: &Shard,
     plan: &CorpusPlan,
     dir: &Path,
-    grow: &(impl Fn(&str, Seed) -> Result<BranchGraph, E> + Sync),
+    grow: &(impl Fn(&str, Seed, &Priors) -> Result<BranchGraph, E> + Sync),
 ) -> Result<(), BuildError> {
     let species = plan.species[shard.species].as_str();
-    let grow_one = |number| grow_checked(species, number, plan.seed(number), grow);
+    let grow_one = |number| grow_checked(species, number, plan, grow);
     #[cfg(feature = "parallel")]
     let numbers = shard.numbers.clone().into_par_iter();
     #[cfg(not(feature = "parallel"))]
@@ -189,18 +195,22 @@ fn write_shard<E: Error + Send + Sync + 'static>(
 fn grow_checked<E: Error + Send + Sync + 'static>(
     species: &str,
     number: u32,
-    seed: Seed,
-    grow: &(impl Fn(&str, Seed) -> Result<BranchGraph, E> + Sync),
+    plan: &CorpusPlan,
+    grow: &(impl Fn(&str, Seed, &Priors) -> Result<BranchGraph, E> + Sync),
 ) -> Result<BranchGraph, BuildError> {
-    let (name, Seed(seed_number)) = (species.to_owned(), seed);
-    let tree = grow(species, seed).map_err(|source| BuildError::Grow {
+    let (name, seed, priors) = (species.to_owned(), plan.seed(number), plan.priors(number));
+    let Seed(seed_number) = seed;
+    let tree = grow(species, seed, &priors).map_err(|source| BuildError::Grow {
         species: name.clone(),
         number,
         seed: seed_number,
         source: Box::new(source),
     })?;
     if tree.info.species == species && tree.info.seed == seed_number {
-        return Ok(tree);
+        if priors.hold(&tree.info) {
+            return Ok(tree);
+        }
+        return Err(BuildError::GrownAtOther { species: name, number, seed: seed_number });
     }
     Err(BuildError::GrownOther {
         species: name,

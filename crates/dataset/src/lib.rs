@@ -7,16 +7,19 @@
 //!
 //! [`build`] makes a corpus from a [`CorpusPlan`] and goes on where it was stopped; [`Corpus`]
 //! reads it. Tree `k` of every species has the seed `first_seed + k`, and the plan alone decides
-//! which trees are for training: a corpus has the same bytes wherever it is built.
+//! which trees are for training: a corpus has the same bytes wherever it is built. A plan may have
+//! the age and the gravitropism of each tree drawn from ranges.
 
 #![forbid(unsafe_code)]
 
 mod builder;
 mod corpus;
 mod plan;
+mod priors;
 mod shard;
 
 pub use builder::{BuildError, BuildReport, Progress, build};
 pub use corpus::{Corpus, CorpusError, Trees};
 pub use plan::{CorpusPlan, PLAN_FILE, PlanError, Split};
+pub use priors::{Priors, Span, SpansError};
 pub use shard::{CorpusTree, ShardError};

@@ -5,6 +5,8 @@ use std::ops::Range;
 use deeptree_graph::Seed;
 use serde::{Deserialize, Serialize};
 
+use crate::priors::{self, Priors, Span, SpansError};
+
 /// Name of the plan's file in the folder of a corpus.
 pub const PLAN_FILE: &str = "corpus.toml";
 
@@ -15,7 +17,7 @@ const FORMAT: i64 = 1;
 const SHARD_TREES: u32 = 25;
 
 /// What a corpus holds.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CorpusPlan {
     /// The species, in the order in which they are built.
@@ -30,6 +32,12 @@ pub struct CorpusPlan {
     pub profile: String,
     /// How many trees a shard has; the last of a species may have fewer.
     pub shard_trees: u32,
+    /// Ages in growth cycles that each tree's is drawn from; without them all have the profile's.
+    #[serde(default)]
+    pub ages: Option<Vec<Span<u32>>>,
+    /// Values that each tree's gravitropism is drawn from; without them all have the profile's.
+    #[serde(default)]
+    pub gravitropisms: Option<Vec<Span<f64>>>,
 }
 
 /// Which trees of a species.
@@ -60,6 +68,8 @@ pub enum PlanError {
     Split { training: u32, trees: u32 },
     #[error("seeds from {first_seed} on do not fit into the plan's file; stay below 2^63 - 2^32")]
     SeedTooLarge { first_seed: u64 },
+    #[error("the plan's {field}: {source}")]
+    Spans { field: &'static str, source: SpansError },
     #[error("{PLAN_FILE} has format {found}; this program reads format {FORMAT}")]
     Format { found: i64 },
     #[error("{PLAN_FILE} names no format; it is not the plan of a corpus")]
@@ -81,6 +91,8 @@ impl CorpusPlan {
             first_seed: first_seed.0,
             profile: profile.to_owned(),
             shard_trees: SHARD_TREES,
+            ages: None,
+            gravitropisms: None,
         }
     }
 
@@ -100,11 +112,18 @@ impl CorpusPlan {
         Seed(self.first_seed).of_tree(u64::from(number))
     }
 
+    /// What a tree is grown at, where the plan says so.
+    #[must_use]
+    pub fn priors(&self, number: u32) -> Priors {
+        Priors::draw(self.seed(number), self.ages.as_deref(), self.gravitropisms.as_deref())
+    }
+
     /// Finds out whether the plan can be built.
     ///
     /// # Errors
     ///
-    /// When it is empty, or its species, split or seeds cannot be stored.
+    /// When it is empty, its species, split or seeds cannot be stored, or nothing can be drawn from
+    /// its ranges.
     pub fn check(&self) -> Result<(), PlanError> {
         if self.species.is_empty() {
             return Err(PlanError::NoSpecies);
@@ -128,6 +147,13 @@ impl CorpusPlan {
         if self.first_seed > i64::MAX as u64 - u64::from(u32::MAX) {
             return Err(PlanError::SeedTooLarge { first_seed: self.first_seed });
         }
+        let at = |field| move |source| PlanError::Spans { field, source };
+        if let Some(ages) = &self.ages {
+            priors::check(ages, |_| true).map_err(at("ages"))?;
+        }
+        if let Some(values) = &self.gravitropisms {
+            priors::check(values, f64::is_finite).map_err(at("gravitropisms"))?;
+        }
         Ok(())
     }
 
@@ -142,6 +168,12 @@ impl CorpusPlan {
         table.insert("first_seed".into(), self.first_seed.cast_signed().into());
         table.insert("profile".into(), self.profile.clone().into());
         table.insert("shard_trees".into(), i64::from(self.shard_trees).into());
+        if let Some(ages) = &self.ages {
+            table.insert("ages".into(), pairs(ages, |age| i64::from(age).into()));
+        }
+        if let Some(values) = &self.gravitropisms {
+            table.insert("gravitropisms".into(), pairs(values, toml::Value::from));
+        }
         table.to_string()
     }
 
@@ -168,11 +200,27 @@ impl CorpusPlan {
                 ("first_seed", plan.first_seed.to_string()),
                 ("profile", plan.profile.clone()),
                 ("shard_trees", plan.shard_trees.to_string()),
+                ("ages", text_of(plan.ages.as_deref())),
+                ("gravitropisms", text_of(plan.gravitropisms.as_deref())),
             ]
         };
         let mut pairs = fields(self).into_iter().zip(fields(other));
         pairs.find(|(a, b)| a != b).map(|((name, here), (_, there))| (name, here, there))
     }
+}
+
+/// Ranges as a plan's file has them.
+fn pairs<T: Copy>(spans: &[Span<T>], value: impl Fn(T) -> toml::Value) -> toml::Value {
+    let pair = |span: &Span<T>| toml::Value::Array(vec![value(span.0), value(span.1)]);
+    toml::Value::Array(spans.iter().map(pair).collect())
+}
+
+/// Ranges as the command line has them.
+fn text_of<T: std::fmt::Display>(spans: Option<&[Span<T>]>) -> String {
+    let text = |span: &Span<T>| format!("{}..{}", span.0, span.1);
+    spans.map_or("the profile's".to_owned(), |spans| {
+        spans.iter().map(text).collect::<Vec<_>>().join(",")
+    })
 }
 
 #[cfg(test)]
@@ -199,6 +247,43 @@ mod tests {
     #[test]
     fn plans_come_back_from_their_text() {
         assert_eq!(CorpusPlan::from_toml(&plan().to_toml()).unwrap(), plan());
+    }
+
+    /// A plan with ranges.
+    fn of_priors() -> CorpusPlan {
+        let gravitropisms = Some(vec![Span(-0.4, -0.25), Span(-0.15, 0.15)]);
+        CorpusPlan { ages: Some(vec![Span(10, 22), Span(28, 40)]), gravitropisms, ..plan() }
+    }
+
+    #[test]
+    fn ranges_are_in_the_text_of_plans_that_have_them() {
+        let text = of_priors().to_toml();
+        assert!(text.starts_with("ages = [[10, 22], [28, 40]]\n"), "{text}");
+        assert!(text.contains("\ngravitropisms = [[-0.4, -0.25], [-0.15, 0.15]]\n"), "{text}");
+        assert_eq!(CorpusPlan::from_toml(&text).unwrap(), of_priors());
+        assert_eq!(
+            of_priors().difference(&plan()),
+            Some(("ages", "10..22,28..40".to_owned(), "the profile's".to_owned()))
+        );
+    }
+
+    #[test]
+    fn ranges_that_nothing_can_be_drawn_from_are_told() {
+        let ages = |spans: &[Span<u32>]| {
+            CorpusPlan { ages: Some(spans.to_vec()), ..plan() }.check().unwrap_err()
+        };
+        let error = |source| PlanError::Spans { field: "ages", source };
+        assert_eq!(ages(&[]), error(SpansError::Empty));
+        assert_eq!(ages(&[Span(5, 4)]), error(SpansError::Reversed));
+        assert_eq!(ages(&[Span(3, 5), Span(5, 6)]), error(SpansError::Order));
+        let values = |low, high| {
+            let gravitropisms = Some(vec![Span(low, high)]);
+            CorpusPlan { gravitropisms, ..plan() }.check()
+        };
+        for (low, high) in [(f64::NAN, 0.0), (0.0, f64::INFINITY), (0.1, 0.0)] {
+            assert!(matches!(values(low, high), Err(PlanError::Spans { .. })), "{low} {high}");
+        }
+        assert_eq!(values(0.1, 0.1), Ok(()));
     }
 
     #[test]

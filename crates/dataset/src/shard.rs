@@ -126,7 +126,8 @@ impl ShardReader {
         let (species, seed) = (self.shard.species, tree.info.seed);
         let planned = self.shard.numbers.next() == Some(found)
             && tree.info.species == plan.species[species]
-            && seed == plan.seed(found).0;
+            && seed == plan.seed(found).0
+            && plan.priors(found).hold(&tree.info);
         if planned {
             Ok(Some(CorpusTree { species, number, tree }))
         } else {

@@ -9,7 +9,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use deeptree_dataset::{
-    BuildError, BuildReport, Corpus, CorpusError, CorpusPlan, PLAN_FILE, ShardError, Split, build,
+    BuildError, BuildReport, Corpus, CorpusError, CorpusPlan, PLAN_FILE, Priors, ShardError, Span,
+    Split, build,
 };
 use deeptree_graph::testing::random_tree;
 use deeptree_graph::{BranchGraph, Seed};
@@ -19,10 +20,12 @@ fn plan() -> CorpusPlan {
     CorpusPlan { shard_trees: 4, ..CorpusPlan::new(species, 10, Seed(100), "reference") }
 }
 
-fn grow(species: &str, seed: Seed) -> Result<BranchGraph, Infallible> {
+fn grow(species: &str, seed: Seed, priors: &Priors) -> Result<BranchGraph, Infallible> {
     let mut tree = random_tree(seed.0 ^ species.len() as u64, 30);
     tree.info.species = species.into();
     tree.info.seed = seed.0;
+    tree.info.age = priors.age.unwrap_or(tree.info.age);
+    tree.info.gravitropism = priors.gravitropism.unwrap_or(tree.info.gravitropism);
     Ok(tree)
 }
 
@@ -69,7 +72,10 @@ fn a_corpus_holds_each_planned_tree_once_in_its_split() {
     assert_eq!(numbers(Split::All), both(0..10));
     for tree in corpus.trees_of(1, Split::All) {
         let tree = tree.unwrap();
-        assert_eq!(tree.tree, grow("pine", Seed(100 + u64::from(tree.number))).unwrap());
+        assert_eq!(
+            tree.tree,
+            grow("pine", Seed(100 + u64::from(tree.number)), &Priors::default()).unwrap()
+        );
     }
 }
 
@@ -85,9 +91,9 @@ fn a_build_that_was_killed_goes_on_without_losing_or_doubling_a_tree() {
     fs::write(cut.path().join(".pine-002.parquet.0.part"), b"half a shard").unwrap();
 
     let calls = AtomicUsize::new(0);
-    let counted = |species: &str, seed| {
+    let counted = |species: &str, seed, priors: &Priors| {
         calls.fetch_add(1, Ordering::Relaxed);
-        grow(species, seed)
+        grow(species, seed, priors)
     };
     let report = build(&plan(), cut.path(), counted, |_| {}).unwrap();
     assert_eq!(report, BuildReport { written: 2, replaced: 1, kept: 4 });
@@ -176,19 +182,80 @@ fn an_unfinished_corpus_does_not_open() {
 #[test]
 fn the_first_tree_that_fails_is_named_and_earlier_shards_stay() {
     let dir = tempfile::tempdir().unwrap();
-    let failing = |species: &str, seed: Seed| {
+    let failing = |species: &str, seed: Seed, priors: &Priors| {
         if seed.0 >= 105 {
             return Err(std::io::Error::other("no light"));
         }
-        grow(species, seed).map_err(|never| match never {})
+        grow(species, seed, priors).map_err(|never| match never {})
     };
     let error = build(&plan(), dir.path(), failing, |_| {}).unwrap_err();
     assert!(matches!(error, BuildError::Grow { number: 5, seed: 105, .. }), "{error}");
     assert_eq!(error.source().unwrap().to_string(), "no light");
     assert_eq!(built(dir.path()), BuildReport { written: 5, replaced: 0, kept: 1 });
 
-    let careless = |_: &str, seed| grow("willow", seed);
+    let careless = |_: &str, seed, priors: &Priors| grow("willow", seed, priors);
     let dir = tempfile::tempdir().unwrap();
     let error = build(&plan(), dir.path(), careless, |_| {}).unwrap_err();
     assert!(matches!(error, BuildError::GrownOther { number: 0, .. }), "{error}");
+}
+
+/// A plan whose trees differ in age and gravitropism.
+fn of_priors() -> CorpusPlan {
+    let gravitropisms = Some(vec![Span(-0.4, -0.25), Span(0.25, 0.4)]);
+    CorpusPlan { ages: Some(vec![Span(10, 12), Span(30, 31)]), gravitropisms, ..plan() }
+}
+
+#[test]
+fn trees_carry_the_age_and_gravitropism_that_the_plan_draws() {
+    let dir = tempfile::tempdir().unwrap();
+    build(&of_priors(), dir.path(), grow, |_| {}).unwrap();
+    let whole = files(dir.path());
+    let corpus = Corpus::open(dir.path()).unwrap();
+    assert_eq!(corpus.plan(), &of_priors());
+    let trees: Vec<_> = corpus.trees(Split::All).map(|tree| tree.unwrap()).collect();
+    for tree in &trees {
+        let info = &tree.tree.info;
+        assert!([10, 11, 12, 30, 31].contains(&info.age), "{info:?}");
+        assert!((0.25f32..=0.4).contains(&info.gravitropism.abs()), "{info:?}");
+        assert!(of_priors().priors(tree.number).hold(info), "{info:?}");
+    }
+    let ages: std::collections::BTreeSet<u32> = trees.iter().map(|t| t.tree.info.age).collect();
+    assert!(ages.len() > 1);
+
+    // Cut off and run again, it comes to the same bytes.
+    fs::remove_file(dir.path().join("oak-001.parquet")).unwrap();
+    let report = build(&of_priors(), dir.path(), grow, |_| {}).unwrap();
+    assert_eq!(report, BuildReport { written: 1, replaced: 0, kept: 5 });
+    assert_eq!(files(dir.path()), whole);
+}
+
+#[test]
+fn trees_of_another_age_than_drawn_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let careless = |species: &str, seed, _: &Priors| grow(species, seed, &Priors::default());
+    let error = build(&of_priors(), dir.path(), careless, |_| {}).unwrap_err();
+    assert!(matches!(error, BuildError::GrownAtOther { number: 0, .. }), "{error}");
+
+    // Nor do the shards of a plan without ranges pass for those of a plan with them.
+    built(dir.path().join("plain").as_path());
+    let mixed = dir.path().join("mixed");
+    build(&of_priors(), &mixed, grow, |_| {}).unwrap();
+    fs::copy(dir.path().join("plain/oak-000.parquet"), mixed.join("oak-000.parquet")).unwrap();
+    assert_eq!(build(&of_priors(), &mixed, grow, |_| {}).unwrap().replaced, 1);
+
+    let other = CorpusPlan { ages: None, ..of_priors() };
+    let error = build(&other, &mixed, grow, |_| {}).unwrap_err();
+    assert!(matches!(error, BuildError::OtherCorpus { field: "ages", .. }), "{error}");
+}
+
+#[cfg(feature = "parallel")]
+#[test]
+fn ages_and_gravitropisms_are_the_same_on_any_number_of_threads() {
+    let with = |threads: usize| {
+        let dir = tempfile::tempdir().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| build(&of_priors(), dir.path(), grow, |_| {}).unwrap());
+        files(dir.path())
+    };
+    assert_eq!(with(1), with(3));
 }

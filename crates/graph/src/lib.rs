@@ -28,7 +28,7 @@ pub mod signature;
 pub mod testing;
 mod traits;
 
-pub use glam::{Quat, Vec3};
+pub use glam::{Quat, Vec2, Vec3};
 pub use graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, TreeInfo};
 pub use paths::{Path, branches, chains};
 pub use rows::{GraphError, Row};

@@ -27,6 +27,7 @@ mod options;
 mod order;
 mod progress;
 mod report;
+mod rotations;
 mod set;
 mod tables;
 mod tasks;

@@ -23,8 +23,9 @@ pub(crate) const EXISTENCE_TARGETS: usize = 2 * CLASSES;
 /// component.
 pub(crate) const SPLIT_TARGETS: usize = 3 * SPLIT_COMPONENTS;
 
-/// Columns of the targets of [`rotation`]: the turn, once a component.
-pub(crate) const ROTATION_TARGETS: usize = 3 * ROTATION_COMPONENTS;
+/// Columns of the targets of [`rotation`]: x and y of the swing, each once a component, and whether
+/// it is aligned.
+pub(crate) const ROTATION_TARGETS: usize = 2 * ROTATION_COMPONENTS + 1;
 
 /// The columns `from..from + width`.
 fn columns(tensor: &Tensor<2>, from: usize, width: usize) -> Tensor<2> {
@@ -72,21 +73,36 @@ fn log_sigmoid(x: Tensor<2>) -> Tensor<2> {
     x.clone().clamp_max(0.0) - (-x.abs()).exp().log1p()
 }
 
-/// Negative log-likelihood of a turn under a mixture of Gaussian laws with diagonal covariance.
+/// Negative log-likelihood of the swing of the child in `slot`, under a mixture of Gaussian laws and
+/// the aligned law.
 ///
-/// `p(x) = Σ_i w_i Π_j N(x_j; μ_ij, σ_ij²)`
+/// `p(x, y) = Σ_i w_i N(x; μ_i, σ_i²) N(y; ν_i + τ_i a_i (x − μ_i) / σ_i, τ_i²)` where the swing is
+/// not aligned; where it is, `w_a N(x; μ_a, σ_a²)`, and `w_a` alone for slot 0, where x is 0 too.
 ///
 /// # Shapes  outputs: `[batch, ROTATION_OUTPUTS]`; targets: `[batch, ROTATION_TARGETS]`
-pub(crate) fn rotation(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+pub(crate) fn rotation(outputs: Tensor<2>, targets: Tensor<2>, slot: usize) -> Tensor<1> {
     const K: usize = ROTATION_COMPONENTS;
-    let rows = outputs.dims()[0];
-    let log_weight = log_softmax(columns(&outputs, 0, K), 1);
-    let mean = columns(&outputs, K, 3 * K);
-    let log_deviation = columns(&outputs, 4 * K, 3 * K).clamp(*LOG_SCALE.start(), *LOG_SCALE.end());
-    let residual = (targets - mean) * (-log_deviation.clone()).exp();
-    let log_density = (residual.square() * -0.5 - log_deviation).reshape([rows, K, 3]);
-    let log_density = log_density.sum_dim(2).reshape([rows, K]);
-    log_sum_exp(log_weight + log_density).mean().neg() + 1.5 * core::f64::consts::TAU.ln()
+    let half_log_tau = 0.5 * core::f64::consts::TAU.ln();
+    let bounded = |t: Tensor<2>| t.clamp(*LOG_SCALE.start(), *LOG_SCALE.end());
+    let row = |i: usize| columns(&outputs, K + 3 + i * K, K);
+    let (x, y) = (columns(&targets, 0, K), columns(&targets, K, K));
+    let is_aligned = columns(&targets, 2 * K, 1);
+    let log_weight = log_softmax(columns(&outputs, 0, K + 1), 1);
+
+    let (log_x, log_y) = (bounded(row(2)), bounded(row(3)));
+    let first = (x.clone() - row(0)) * (-log_x.clone()).exp();
+    let second = (y - row(1)) * (-log_y.clone()).exp() - row(4) * first.clone();
+    let log_density = (first.square() + second.square()) * -0.5 - log_x - log_y;
+    let free = log_sum_exp(columns(&log_weight, 0, K) + log_density) - 2.0 * half_log_tau;
+
+    let mut aligned = columns(&log_weight, K, 1);
+    if slot > 0 {
+        let log_x = bounded(columns(&outputs, K + 2, 1));
+        let off = (columns(&x, 0, 1) - columns(&outputs, K + 1, 1)) * (-log_x.clone()).exp();
+        aligned = aligned - off.square() * 0.5 - log_x - half_log_tau;
+    }
+    let is_free = -is_aligned.clone() + 1.0;
+    (free * is_free + aligned * is_aligned).mean().neg()
 }
 
 /// Mean squared error of sigmoid outputs against which children exist.
@@ -197,15 +213,33 @@ mod tests {
         }
     }
 
+    /// Targets of a swing.
+    fn swing(x: f32, y: f32, is_aligned: bool) -> Vec<f32> {
+        const K: usize = ROTATION_COMPONENTS;
+        [vec![x; K], vec![y; K], vec![f32::from(u8::from(is_aligned))]].concat()
+    }
+
+    fn lateral(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+        rotation(outputs, targets, 1)
+    }
+
+    fn apical(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+        rotation(outputs, targets, 0)
+    }
+
     #[test]
     fn rotation_agrees_with_the_plain_sum_of_densities() {
         for seed in 0..50 {
             let outputs = random(ROTATION_OUTPUTS, seed, 0.7);
-            let turn = random(3, 1000 + seed, 1.0);
-            let loss = f64::from(value(rotation, &outputs, &turn.repeat(ROTATION_COMPONENTS)));
-            let turn = std::array::from_fn(|j| f64::from(turn[j]));
-            let (plain, _) = crate::tasks::judge_turn(&outputs, turn);
-            assert!((loss - plain).abs() < 1e-4 * plain.abs().max(1.0), "{loss} {plain}");
+            let at = random(2, 1000 + seed, 1.0);
+            for (slot, loss) in [(0, apical as Loss), (1, lateral)] {
+                for is_aligned in [false, true] {
+                    let loss = f64::from(value(loss, &outputs, &swing(at[0], at[1], is_aligned)));
+                    let (x, y) = (f64::from(at[0]), f64::from(at[1]));
+                    let plain = crate::tasks::judge_swing(&outputs, slot, x, y, is_aligned);
+                    assert!((loss - plain).abs() < 1e-4 * plain.abs().max(1.0), "{loss} {plain}");
+                }
+            }
         }
     }
 
@@ -245,14 +279,20 @@ mod tests {
 
     #[test]
     fn gradients_match_central_differences() {
+<<<<<<< HEAD
         let turn = random(3, 5, 1.0).repeat(ROTATION_COMPONENTS);
         // The second child is missing.
         let mut family = random(JOINT_LEN, 7, 1.0);
         family[..3].copy_from_slice(&[1.0, 0.0, 1.0]);
         let cases: [(Loss, usize, Vec<f32>); 5] = [
+=======
+        let cases: [(Loss, usize, Vec<f32>); 6] = [
+>>>>>>> main
             (split, SPLIT_OUTPUTS, bin(-0.4, 0.1)),
             (split, SPLIT_OUTPUTS, bin(0.7, OPEN_END)),
-            (rotation, ROTATION_OUTPUTS, turn),
+            (apical, ROTATION_OUTPUTS, swing(0.4, -0.7, false)),
+            (lateral, ROTATION_OUTPUTS, swing(-1.1, 0.3, false)),
+            (lateral, ROTATION_OUTPUTS, swing(0.2, 0.0, true)),
             (regressor, 6, random(6, 6, 1.0)),
             (joint, JOINT_LEN, family),
         ];
@@ -277,7 +317,9 @@ mod tests {
     fn losses_stay_finite_far_from_the_truth() {
         for scale in [1e2, 1e4] {
             let outputs = random(ROTATION_OUTPUTS, 1, scale);
-            assert!(value(rotation, &outputs, &[3.0; ROTATION_TARGETS]).is_finite());
+            for is_aligned in [false, true] {
+                assert!(value(lateral, &outputs, &swing(3.0, -3.0, is_aligned)).is_finite());
+            }
             let outputs = random(SPLIT_OUTPUTS, 2, scale);
             for (low, high) in [(-OPEN_END, -9.0), (-0.001, 0.001), (9.0, OPEN_END)] {
                 assert!(value(split, &outputs, &bin(low, high)).is_finite());

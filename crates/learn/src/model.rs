@@ -10,8 +10,9 @@ use deeptree_infer::{Model, ReadWeightsError, Table, Weights, WeightsBuilder};
 
 use crate::checkpoint;
 use crate::report::Report;
+use crate::rotations::Rotations;
 use crate::set::{Corpus, species_numbers};
-use crate::tables::{self, Rotations};
+use crate::tables;
 use crate::tasks::{Lesson, Network};
 use crate::training::{Trained, Trainer, total};
 use crate::{

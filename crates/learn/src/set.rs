@@ -101,6 +101,13 @@ impl<'a> Corpus<'a> {
         spots
     }
 
+    /// Calls `visit` with the species and node of everything but roots.
+    pub(crate) fn each_child(&self, mut visit: impl FnMut(usize, &Node)) {
+        for (tree, conditions) in self.trees.iter().zip(&self.conditions) {
+            tree.nodes()[1..].iter().for_each(|child| visit(conditions.species, child));
+        }
+    }
+
     pub(crate) fn node(&self, spot: Spot) -> &'a Node {
         self.trees[spot.tree as usize].node(spot.node)
     }

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use deeptree_graph::signature::paper;
 use deeptree_graph::signature::situated::{self, Branching, CLASSES};
 use deeptree_graph::signature::{TreeConditions, tip_count};
-use deeptree_graph::{BranchGraph, Quat, TreeTraits, Vec3};
+use deeptree_graph::{BranchGraph, TreeTraits, Vec2};
 use deeptree_infer::{Mlp, ModelKind, ROOT_COLUMNS, Scratch, SimdPath, Weights};
 use deeptree_learn::{
     Kind, NetworkOptions, Silent, TrainError, TrainEvent, TrainOptions, TrainProgress,
@@ -109,24 +109,24 @@ fn situated_networks_find_the_law_of_the_trees() {
         assert!((bin.predicted - bin.actual).abs() < 0.03 + error, "{bin:?}");
     }
 
-    // Rotations: Gaussian about the slot's mean, so that in deviations the entropy is that of three
+    // Rotations: Gaussian about the slot's mean, so that in deviations the entropy is that of two
     // standard normal numbers.
-    let entropy = 1.5 * (1.0 + std::f64::consts::TAU.ln());
-    let slots = ["rotation1", "rotation2", "rotation3"];
-    for slot in slots {
+    let entropy = 1.0 + std::f64::consts::TAU.ln();
+    for slot in ["rotation1", "rotation2", "rotation3"] {
         let nll = figure(&model, slot, "nll");
         assert!((nll - entropy).abs() < 0.2, "{slot}: {nll} instead of {entropy}");
     }
-    let (mean, scale) = (
-        weights.table("rotation_mean", &[Some(2), Some(3), Some(4)]).unwrap(),
-        weights.table("rotation_scale", &[Some(2), Some(3), Some(3)]).unwrap(),
-    );
+    let table = |name| weights.table(name, &[Some(2), Some(3), Some(3)]).unwrap();
+    let (mean, scale) = (table("rotation_mean"), table("rotation_scale"));
     for (species, slot) in (0..2).flat_map(|species| (0..3).map(move |slot| (species, slot))) {
-        let q = Quat::from_slice(&mean.row(species)[4 * slot..]);
-        let apart = q.angle_between(synthetic::mean_rotation(species, slot));
+        let law = synthetic::slot(species, slot);
+        let (mean, scale) = (&mean.row(species)[3 * slot..], &scale.row(species)[3 * slot..]);
+        let apart = Vec2::from_slice(mean).distance(law.mean);
         assert!(apart < 0.02, "species {species}, slot {slot}: {apart} rad");
-        let ratio = Vec3::from_slice(&scale.row(species)[3 * slot..]) / synthetic::SPREAD;
-        assert!((ratio - Vec3::ONE).abs().max_element() < 0.1, "{ratio}");
+        assert!(situated::wrapped(mean[2] - law.roll).abs() < 0.02, "{} {}", mean[2], law.roll);
+        let ratio = Vec2::from_slice(scale) / synthetic::SPREAD;
+        assert!((ratio - Vec2::ONE).abs().max_element() < 0.1, "{ratio}");
+        assert!((scale[2] - law.roll_scale).abs() < 0.1 * synthetic::ROLL_SPREAD, "{}", scale[2]);
     }
 
     // Split: uniform, so that no network can do better than the logarithm of the bins; one that has
@@ -170,8 +170,9 @@ fn paper_networks_learn_the_means() {
     let model = run(&set, &options);
     assert!(model.report.bytes <= 913_000);
     for slot in ["regressor1", "regressor2", "regressor3"] {
-        // The spread of the rotations alone: 1 − cos of half the angle, E = (σx² + σy² + σz²) / 8.
-        let spread = f64::from(synthetic::SPREAD.length_squared()) / 8.0;
+        // The spread of the rotations alone: 1 − cos of half the angle, E = (σx² + σy² + σ_roll²) / 8.
+        let squares = synthetic::SPREAD.length_squared() + synthetic::ROLL_SPREAD.powi(2);
+        let spread = f64::from(squares) / 8.0;
         let distance = figure(&model, slot, "cosine_distance");
         assert!(distance < 3.0 * spread, "{slot}: {distance}, spread {spread}");
         // Lengths are uniform in 0.5 … 1, variance 1/48; half of the error is the thickness's.

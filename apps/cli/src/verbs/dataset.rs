@@ -3,11 +3,11 @@
 use anyhow::Result;
 use deeptree_dataset::{CorpusPlan, build};
 use deeptree_graph::Seed;
-use deeptree_growth::{GrowError, grow};
+use deeptree_growth::{GrowError, grow, parameters};
 use serde_json::json;
 
 use super::presets;
-use crate::args::{self, Args};
+use crate::args::{self, Args, UsageError};
 use crate::report;
 
 /// Why a tree cannot go into a corpus.
@@ -34,18 +34,40 @@ impl std::fmt::Display for CutOff {
 
 impl std::error::Error for CutOff {}
 
+/// Ranges that nothing can be drawn from, or nothing can grow at, are a wrong request.
+fn check(plan: &CorpusPlan) -> Result<(), UsageError> {
+    plan.check().map_err(|error| UsageError(error.to_string()))?;
+    let ages = plan.ages.iter().flatten().flat_map(|span| [span.0 as f32, span.1 as f32]);
+    let values = plan.gravitropisms.iter().flatten();
+    let values = values.flat_map(|span| [span.0 as f32, span.1 as f32]);
+    let ages = ages.map(|age| ("age", age));
+    for (key, value) in ages.chain(values.map(|value| ("gravitropism", value))) {
+        let row = parameters::find(key).map_or(Ok(()), |row| row.check(value));
+        row.map_err(|error| UsageError(error.to_string()))?;
+    }
+    Ok(())
+}
+
 pub(crate) fn run(args: &Args, verb: &args::Dataset) -> Result<()> {
     let species = presets(&verb.species)?;
     let names = species.iter().map(|species| species.name.clone()).collect();
-    let plan = CorpusPlan::new(names, verb.trees, Seed(verb.seed), verb.profile.name());
+    let plan = CorpusPlan {
+        ages: verb.ages.clone().map(|spans| spans.0),
+        gravitropisms: verb.gravitropisms.clone().map(|spans| spans.0),
+        ..CorpusPlan::new(names, verb.trees, Seed(verb.seed), verb.profile.name())
+    };
+    check(&plan)?;
     let bar = report::bar(args, u64::from(plan.trees) * species.len() as u64, "trees");
     let built = build(
         &plan,
         &verb.output,
-        |name, seed| {
+        |name, seed, priors| {
             let preset = species.iter().find(|species| species.name == name);
             let preset = preset.unwrap_or(&species[0]);
-            let grown = grow(name, preset.parameters(verb.profile), seed)?;
+            let mut parameters = preset.parameters(verb.profile).clone();
+            parameters.age = priors.age.map_or(parameters.age, |age| age as f32);
+            parameters.gravitropism = priors.gravitropism.unwrap_or(parameters.gravitropism);
+            let grown = grow(name, &parameters, seed)?;
             if grown.hit_budget { Err(CutOff::Budget) } else { Ok(grown.tree) }
         },
         |progress| {

@@ -88,6 +88,8 @@ fn corpus(path: &Path) -> Result<(Value, String)> {
         "training_trees": plan.training_trees,
         "first_seed": plan.first_seed,
         "profile": plan.profile,
+        "ages": plan.ages,
+        "gravitropisms": plan.gravitropisms,
         "hash": hash,
     });
     let text = format!(

@@ -26,7 +26,7 @@ pub(super) mod training {
     use std::sync::Mutex;
 
     use anyhow::{Context, Result, bail};
-    use deeptree_dataset::{Corpus, Split};
+    use deeptree_dataset::{Corpus, CorpusPlan, Split};
     use deeptree_export::write_atomically;
     use deeptree_graph::BranchGraph;
     use deeptree_graph::signature::paper::ATTRIBUTES;
@@ -184,31 +184,58 @@ pub(super) mod training {
         })
     }
 
-    /// The corpus in memory.
+    /// The corpora in memory, one set of the species of the first.
     fn read(args: &Args, verb: &args::Train) -> Result<TrainingSet> {
-        let corpus = Corpus::open(&verb.data)
-            .with_context(|| format!("{} is no corpus", verb.data.display()))?;
-        let plan = corpus.plan();
-        let most = verb.trees.unwrap_or(plan.training_trees).min(plan.training_trees);
-        let validation = plan.trees - plan.training_trees;
-        let bar =
-            report::bar(args, u64::from(most + validation) * plan.species.len() as u64, "reading");
+        let open = |path: &PathBuf| {
+            Corpus::open(path).with_context(|| format!("{} is no corpus", path.display()))
+        };
+        let corpora: Vec<Corpus> = verb.data.iter().map(open).collect::<Result<_>>()?;
+        let species = &corpora[0].plan().species;
+        for (path, plan) in verb.data.iter().zip(&corpora).map(|(path, c)| (path, c.plan())) {
+            if let Some(name) = plan.species.iter().find(|name| !species.contains(name)) {
+                bail!(
+                    "{} has the species {name}, which {} has not; name the corpus with all \
+                     species first",
+                    path.display(),
+                    verb.data[0].display()
+                );
+            }
+        }
+        let hashes = corpora.iter().map(Corpus::hash).collect::<Result<Vec<_>, _>>()?;
+        if let Some(i) = (1..hashes.len()).find(|&i| hashes[..i].contains(&hashes[i])) {
+            bail!(
+                "{} holds the same trees as another corpus; name it once",
+                verb.data[i].display()
+            );
+        }
+        let most = |plan: &CorpusPlan| {
+            verb.trees.map_or(plan.training_trees, |most| most.min(plan.training_trees))
+        };
+        let count = |plan: &CorpusPlan| {
+            let trees = most(plan) + (plan.trees - plan.training_trees);
+            u64::from(trees) * plan.species.len() as u64
+        };
+        let total = corpora.iter().map(|corpus| count(corpus.plan())).sum();
+        let bar = report::bar(args, total, "reading");
         let take = |split| -> Result<Vec<BranchGraph>> {
             let mut trees = Vec::new();
-            for tree in corpus.trees(split) {
-                let tree = tree?;
-                if split == Split::Validation || tree.number < most {
-                    trees.push(tree.tree);
-                    bar.inc(1);
+            for corpus in &corpora {
+                for tree in corpus.trees(split) {
+                    let tree = tree?;
+                    if split == Split::Validation || tree.number < most(corpus.plan()) {
+                        trees.push(tree.tree);
+                        bar.inc(1);
+                    }
                 }
             }
             Ok(trees)
         };
         let set = TrainingSet {
-            species: plan.species.clone(),
+            species: species.clone(),
             train: take(Split::Train)?,
             validation: take(Split::Validation)?,
-            data_hash: corpus.hash()?,
+            // In the order in which they are named, which is that of the trees.
+            data_hash: hashes.join("+"),
         };
         bar.finish_and_clear();
         Ok(set)

@@ -78,7 +78,7 @@ impl Writer<'_> {
 mod tests {
     use super::*;
     use crate::graph::{BranchGraph, ChildSignature, TreeInfo};
-    use glam::Quat;
+    use glam::{Quat, Vec2};
 
     fn conditions() -> TreeConditions {
         let traits = TreeTraits::of(&tree(0.0));
@@ -152,13 +152,53 @@ mod tests {
 
     #[test]
     fn turns_and_rotations_are_inverse() {
-        let mean = Quat::from_rotation_z(2.0) * Quat::from_rotation_x(0.4);
-        let scale = Vec3::new(0.2, 0.1, 0.05);
+        let slot = situated::Slot {
+            mean: Vec2::new(0.1, 0.4),
+            roll: 4.2,
+            scale: Vec2::new(0.2, 0.1),
+            roll_scale: 0.15,
+        };
         for i in 0..50 {
             let f = i as f32;
-            let turn = Vec3::new((f * 0.7).sin(), (f * 1.3).cos(), (f * 2.1).sin()) * 3.0;
-            let back = situated::turn_of(situated::rotation_of(turn, mean, scale), mean, scale);
-            assert!(back.distance(turn) < 1e-4, "{turn} {back}");
+            let swing = Vec2::new((f * 0.7).sin(), (f * 1.3).cos()) * 3.0;
+            let turn = situated::Turn { swing, roll: (f * 2.1).sin() * 3.0 };
+            let back = slot.turn(slot.rotation(turn));
+            assert!(back.swing.distance(swing) < 1e-4, "{turn:?} {back:?}");
+            assert!((back.roll - turn.roll).abs() < 1e-4, "{turn:?} {back:?}");
+            let negated = slot.turn(-slot.rotation(turn));
+            assert!(
+                negated.swing.distance(swing) < 1e-4 && (negated.roll - turn.roll).abs() < 1e-4
+            );
+        }
+    }
+
+    #[test]
+    fn a_shoot_that_is_rolled_then_bent_about_one_axis_is_told_so() {
+        // As the growth model makes an apical child: a roll of −120°, then the apical angle.
+        let apical = Quat::from_rotation_z(-2.0) * Quat::from_rotation_y(0.35);
+        let slot =
+            situated::Slot { mean: Vec2::new(0.0, 0.3), roll: -2.1, ..situated::Slot::PLAIN };
+        let turn = slot.turn(apical);
+        assert!((turn.roll - 0.1).abs() < 1e-6, "{turn:?}");
+        assert!(turn.swing.distance(Vec2::new(0.0, 0.05)) < 1e-6, "{turn:?}");
+    }
+
+    #[test]
+    fn a_lateral_keeps_its_front() {
+        let slot = situated::Slot {
+            mean: Vec2::new(0.8, 0.0),
+            roll: core::f32::consts::PI,
+            scale: Vec2::new(0.1, 0.05),
+            roll_scale: 0.0,
+        };
+        for i in 0..50 {
+            let f = i as f32;
+            let bent = Vec3::new((f * 0.7).sin(), (f * 1.3).cos(), 0.2 * (f * 2.1).sin()) * 0.1;
+            let q = Quat::from_rotation_z(core::f32::consts::PI)
+                * Quat::from_rotation_x(0.9)
+                * Quat::from_scaled_axis(bent);
+            let back = slot.rotation(slot.turn(q));
+            assert!((back * Vec3::NEG_Z).distance(q * Vec3::NEG_Z) < 1e-6);
         }
     }
 }

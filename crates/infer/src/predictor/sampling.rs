@@ -1,7 +1,8 @@
 //! Drawing from the laws that the heads describe; with portable maths only.
 
-use deeptree_graph::signature::situated::LOG_SCALE;
-use deeptree_graph::{Draws, Vec3};
+use deeptree_graph::Draws;
+use deeptree_graph::Vec2;
+use deeptree_graph::signature::situated::{LOG_SCALE, MOST_SCORE, ROTATION_COMPONENTS};
 
 /// Draws an index with probability softmax(logits), among those for which `possible` holds.
 ///
@@ -56,23 +57,34 @@ pub(super) fn split(outputs: &[f32], tips: u32, children: u32, draws: &mut Draws
     z.is_finite().then(|| 1 + ((share * f64::from(bins)) as u32).min(bins - 1))
 }
 
-/// Draws a turn from a mixture of Gaussian laws with independent components.
-pub(super) fn turn(outputs: &[f32], draws: &mut Draws) -> Option<Vec3> {
-    let components = outputs.len() / 7;
-    let (weights, rest) = outputs.split_at(components);
-    let (means, deviations) = rest.split_at(3 * components);
+/// Draws the swing of the child in `slot` from the outputs of its head, in deviations of its slot.
+pub(super) fn swing(outputs: &[f32], slot: usize, draws: &mut Draws) -> Option<Vec2> {
+    const K: usize = ROTATION_COMPONENTS;
+    let (weights, rest) = outputs.split_at(K + 1);
+    let (aligned, components) = rest.split_at(2);
     let i = categorical(weights, |_| true, draws)?;
-    let mut axis =
-        |k: usize| means[3 * i + k] + scale(deviations[3 * i + k]) * draws.normal() as f32;
-    let turn = Vec3::new(axis(0), axis(1), axis(2));
-    turn.is_finite().then_some(turn)
+    let mut normal = || draws.normal() as f32;
+    let swing = if i < K {
+        let of = |row: usize| components[row * K + i];
+        let (first, second) = (normal(), normal());
+        let x = of(0) + scale(of(2)) * first;
+        Vec2::new(x, of(1) + scale(of(3)) * (second + of(4) * first))
+    } else if slot == 0 {
+        Vec2::ZERO
+    } else {
+        Vec2::new(aligned[0] + scale(aligned[1]) * normal(), 0.0)
+    };
+    swing.is_finite().then_some(swing)
 }
 
-/// Draws from a law given by its quantiles at even steps, linear between them.
-pub(super) fn quantile(quantiles: &[f32], draws: &mut Draws) -> f32 {
-    let at = draws.uniform() * (quantiles.len() - 1) as f64;
-    let low = (at as usize).min(quantiles.len() - 2);
-    let (a, b) = (quantiles[low], quantiles[low + 1]);
+/// Draws from a law given by its values at evenly spaced normal scores, −[`MOST_SCORE`] to [`MOST_SCORE`],
+/// linear between them: exact for a normal law, and fine at both ends of any other.
+pub(super) fn normal_score(values: &[f32], draws: &mut Draws) -> f32 {
+    let steps = (values.len() - 1) as f64;
+    let score = draws.normal().clamp(-MOST_SCORE, MOST_SCORE);
+    let at = (score + MOST_SCORE) / (2.0 * MOST_SCORE) * steps;
+    let low = (at as usize).min(values.len() - 2);
+    let (a, b) = (values[low], values[low + 1]);
     a + (b - a) * (at - low as f64) as f32
 }
 
@@ -83,6 +95,7 @@ fn scale(log: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use deeptree_graph::signature::situated::ROTATION_OUTPUTS;
     use deeptree_graph::{Lineage, Purpose, Seed};
 
     fn draws(i: u64) -> Draws {
@@ -108,7 +121,9 @@ mod tests {
         for bad in [f32::NAN, f32::INFINITY] {
             assert_eq!(categorical(&[0.0, bad], |_| true, &mut draws(1)), None);
             assert_eq!(split(&[0.0, bad, 0.0], 9, 2, &mut draws(1)), None);
-            assert_eq!(turn(&[0.0, 1.0, bad, 1.0, 0.0, 0.0, 0.0], &mut draws(1)), None);
+            let mut outputs = [0.0; ROTATION_OUTPUTS];
+            outputs[..ROTATION_OUTPUTS].fill(bad);
+            assert_eq!(swing(&outputs, 1, &mut draws(1)), None);
         }
         assert_eq!(categorical(&[0.0, 1.0], |_| false, &mut draws(1)), None);
     }
@@ -135,18 +150,57 @@ mod tests {
         assert!(counts.iter().all(|c| (c / 50_000.0 - 0.2).abs() < 5.0 * se), "{counts:?}");
     }
 
+    /// All weight on one law; K is the aligned one.
+    fn outputs(law: usize) -> [f32; ROTATION_OUTPUTS] {
+        let mut outputs = [0.0; ROTATION_OUTPUTS];
+        outputs[law] = 60.0;
+        outputs
+    }
+
     #[test]
-    fn turns_have_the_moments_of_their_component() {
-        let outputs = [0.0, 1.0, -2.0, 0.5, 0.0, -1.0, -0.5];
-        let n = 40_000;
-        let turns: Vec<Vec3> = (0..n).map(|i| turn(&outputs, &mut draws(i)).unwrap()).collect();
-        let mean = turns.iter().sum::<Vec3>() / n as f32;
-        assert!((mean - Vec3::new(1.0, -2.0, 0.5)).abs().max_element() < 0.03);
-        let sd = (turns.iter().map(|t| (*t - mean) * (*t - mean)).sum::<Vec3>() / n as f32)
-            .to_array()
-            .map(f32::sqrt);
-        for (sd, log) in sd.into_iter().zip([0.0f32, -1.0, -0.5]) {
-            assert!((sd / log.exp() - 1.0).abs() < 0.02);
+    fn swings_have_the_moments_of_their_component() {
+        const K: usize = ROTATION_COMPONENTS;
+        let mut outputs = outputs(2);
+        let set = [1.0, -2.0, -1.0, -0.5, 1.5];
+        for (row, value) in set.into_iter().enumerate() {
+            outputs[K + 3 + row * K + 2] = value;
         }
+        let n = 40_000;
+        let swings: Vec<Vec2> =
+            (0..n).map(|i| swing(&outputs, 1, &mut draws(i)).unwrap()).collect();
+        let mean = swings.iter().sum::<Vec2>() / n as f32;
+        assert!((mean - Vec2::new(1.0, -2.0)).abs().max_element() < 0.03, "{mean}");
+        let moment =
+            |of: fn(Vec2) -> f32| swings.iter().map(|s| of(*s - mean)).sum::<f32>() / n as f32;
+        let (sx, sy) = ((-1.0f32).exp(), (-0.5f32).exp());
+        let near = |a: f32, b: f32| assert!((a / b - 1.0).abs() < 0.04, "{a} {b}");
+        near(moment(|s| s.x * s.x), sx * sx);
+        near(moment(|s| s.y * s.y), sy * sy * (1.0 + 1.5 * 1.5));
+        near(moment(|s| s.x * s.y), sx * sy * 1.5);
+    }
+
+    #[test]
+    fn aligned_children_are_exactly_so() {
+        const K: usize = ROTATION_COMPONENTS;
+        let outputs = outputs(K);
+        for i in 0..100 {
+            assert_eq!(swing(&outputs, 0, &mut draws(i)), Some(Vec2::ZERO));
+            let lateral = swing(&outputs, 2, &mut draws(i)).unwrap();
+            assert!(lateral.y == 0.0 && lateral.x != 0.0);
+        }
+    }
+
+    #[test]
+    fn scores_of_a_normal_law_give_that_law() {
+        // A normal law with mean 3 and deviation 2 is a straight line over the scores.
+        let values: Vec<f32> = (0..65).map(|i| 3.0 + 2.0 * (i as f32 / 8.0 - 4.0)).collect();
+        let n = 40_000u32;
+        let drawn = (0..n).map(|i| f64::from(normal_score(&values, &mut draws(u64::from(i)))));
+        let (mut sum, mut squares) = (0.0, 0.0);
+        drawn.for_each(|x| (sum, squares) = (sum + x, squares + x * x));
+        let mean = sum / f64::from(n);
+        let sd = (squares / f64::from(n) - mean * mean).sqrt();
+        assert!((mean - 3.0).abs() < 0.04 && (sd / 2.0 - 1.0).abs() < 0.02, "{mean} {sd}");
+        assert!((values[0]..=values[64]).contains(&normal_score(&values, &mut draws(1))));
     }
 }

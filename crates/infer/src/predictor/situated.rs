@@ -1,15 +1,18 @@
 //! Kind `situated`: every factor of the chain rule is a law that is drawn from.
 //!
-//! `p(children | n) = p(x, r | n) · p(N₁, N₂, N₃ | n, x, r) · Π p(q_i | n, x, r, N, q_<i) · p(l_i)`
+//! `p(children | n) = p(x, r | n) · p(N₁, N₂, N₃ | n, x, r) · Π p(q_i | n, x, r, N, q_<i) · p(l_i | o)`
+//!
+//! with `p(q) = p(roll) · p(swing | roll, …)`.
 //!
 //! Source: DeepTree §4.2, Eq. 2 to 5. Deviation: laws instead of point estimates, and thickness by
 //! the pipe model with integer tip counts.
 
 use deeptree_graph::signature::situated::{
-    self, Branching, CLASSES, ROTATION_OUTPUTS, SPLIT_LEN, SPLIT_OUTPUTS, Sibling,
+    self, Branching, CLASSES, LENGTH_ORDERS, ROTATION_OUTPUTS, RotationContext, SPLIT_LEN,
+    SPLIT_OUTPUTS, Sibling, Slot, Turn,
 };
 use deeptree_graph::signature::{thickness_of, tip_count};
-use deeptree_graph::{ChildSignature, MAX_CHILDREN, Purpose, Quat, Vec3};
+use deeptree_graph::{ChildSignature, MAX_CHILDREN, Purpose, Vec2, Vec3};
 
 use super::{Active, Branchlet, Overflow, Workspace, network, roots, sampling};
 use crate::mlp::Mlp;
@@ -21,18 +24,15 @@ pub(super) struct Situated {
     split: Mlp,
     /// One a slot.
     rotations: [Mlp; MAX_CHILDREN],
-    /// Mean rotation and deviations of the turn, by species and slot.
+    /// How rotations lie, by species and slot.
     slots: Vec<[Slot; MAX_CHILDREN]>,
-    length_quantiles: Table,
+    /// The law of an apical child's roll off its slot's, by species.
+    rolls: Table,
+    /// The law of lengths, by species and order.
+    lengths: Table,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Slot {
-    mean: Quat,
-    scale: Vec3,
-}
-
-/// How often the rotation of a child that would end below the ground is drawn, before the branch
+/// How often the swing of a child that would end below the ground is drawn, before the branch
 /// ends there. The teacher has no node below the ground, and the learner seldom proposes one.
 const ATTEMPTS: u64 = 8;
 
@@ -62,37 +62,45 @@ impl Situated {
             let inputs = features + situated::rotation_len(slot);
             network(weights, &format!("rotation{}", slot + 1), inputs, ROTATION_OUTPUTS)
         };
-        let per_slot =
-            |name, width| weights.table(name, &[Some(species), Some(MAX_CHILDREN), Some(width)]);
-        let (means, scales) = (per_slot("rotation_mean", 4)?, per_slot("rotation_scale", 3)?);
-        roots::check_positive("rotation_scale", scales.values())?;
-        let norm = |q: &[f32]| q.iter().map(|x| x * x).sum::<f32>();
-        if let Some(row) = means.values().chunks(4).position(|q| (norm(q) - 1.0).abs() > 1e-3) {
-            return Err(ReadWeightsError::NotUnit { tensor: "rotation_mean".to_owned(), row });
+        let per_slot = |name| weights.table(name, &[Some(species), Some(MAX_CHILDREN), Some(3)]);
+        let (means, scales) = (per_slot("rotation_mean")?, per_slot("rotation_scale")?);
+        for scale in scales.values().chunks_exact(3) {
+            roots::check_positive("rotation_scale", &scale[..2])?;
         }
         let slots = (0..species)
             .map(|s| {
-                std::array::from_fn(|slot| Slot {
-                    mean: Quat::from_slice(&means.row(s)[4 * slot..]).normalize(),
-                    scale: Vec3::from_slice(&scales.row(s)[3 * slot..]),
+                std::array::from_fn(|slot| {
+                    let (mean, scale) = (&means.row(s)[3 * slot..], &scales.row(s)[3 * slot..]);
+                    Slot {
+                        mean: Vec2::from_slice(mean),
+                        roll: mean[2],
+                        scale: Vec2::from_slice(scale),
+                        roll_scale: scale[2],
+                    }
                 })
             })
             .collect();
-        let length_quantiles = weights.table("length_quantiles", &[Some(species), None])?.clone();
-        roots::check_positive("length_quantiles", length_quantiles.values())?;
-        if length_quantiles.row(0).len() < 2 {
-            return Err(ReadWeightsError::Shape {
-                tensor: "length_quantiles".to_owned(),
-                shape: length_quantiles.shape().to_vec(),
-                expected: vec![Some(species), Some(513)],
-            });
-        }
+        let law = |name: &str, shape: &[Option<usize>]| {
+            let table = weights.table(name, shape)?;
+            if table.shape().last().is_some_and(|&values| values >= 2) {
+                return Ok(table.clone());
+            }
+            Err(ReadWeightsError::Shape {
+                tensor: name.to_owned(),
+                shape: table.shape().to_vec(),
+                expected: shape.iter().map(|size| size.or(Some(65))).collect(),
+            })
+        };
+        let rolls = law("rolls", &[Some(species), None])?;
+        let lengths = law("lengths", &[Some(species), Some(LENGTH_ORDERS), None])?;
+        roots::check_positive("lengths", lengths.values())?;
         Ok(Self {
             existence: network(weights, "existence", features, CLASSES)?,
             split: network(weights, "split", features + SPLIT_LEN, SPLIT_OUTPUTS)?,
             rotations: [rotation(0)?, rotation(1)?, rotation(2)?],
             slots,
-            length_quantiles,
+            rolls,
+            lengths,
         })
     }
 
@@ -115,9 +123,6 @@ impl Situated {
         }
         let mut drafts = self.draw_branchings(frontier, work)?;
         self.draw_splits(features, frontier, work, &mut drafts)?;
-        for row in work.nodes.chunks_exact_mut(features) {
-            row[situated::traits(species)].fill(0.0);
-        }
         for slot in 0..MAX_CHILDREN {
             self.draw_children(slot, features, frontier, work, &mut drafts, branchlets)?;
         }
@@ -207,34 +212,51 @@ impl Situated {
         drafts: &mut [Draft],
         branchlets: &mut [Branchlet],
     ) -> Result<(), Overflow> {
-        let having: Vec<usize> =
-            (0..drafts.len()).filter(|&i| drafts[i].branching.has(slot)).collect();
+        let having: Vec<(usize, f32)> = (0..drafts.len())
+            .filter(|&i| drafts[i].branching.has(slot))
+            .map(|i| (i, self.draw_roll(slot, &frontier[drafts[i].row])))
+            .collect();
         let outputs = work.run(
             &self.rotations[slot],
             features,
             &having,
-            |&i| drafts[i].row,
-            |&i, out| {
-                let Draft { branching, tips, child_tips, siblings, .. } = &drafts[i];
-                situated::encode_rotation(
-                    *branching,
-                    *tips,
-                    child_tips[slot],
-                    &siblings[..slot],
-                    out,
-                );
+            |&(i, _)| drafts[i].row,
+            |&(i, roll), out| {
+                let Draft { row, branching, tips, child_tips, siblings } = &drafts[i];
+                let Active { node, tree, .. } = &frontier[*row];
+                let context = RotationContext {
+                    branching: *branching,
+                    parent_tips: *tips,
+                    tips: child_tips[slot],
+                    slot: self.slots[tree.species][slot],
+                    roll,
+                    earlier: &siblings[..slot],
+                };
+                situated::encode_rotation(node, tree, &context, out);
             },
         );
-        for (&i, outputs) in having.iter().zip(outputs.chunks_exact(ROTATION_OUTPUTS)) {
+        for (&(i, roll), outputs) in having.iter().zip(outputs.chunks_exact(ROTATION_OUTPUTS)) {
             let draft = &mut drafts[i];
             let active = &frontier[draft.row];
             let tips = draft.child_tips[slot];
-            let (turn, child) =
-                self.place_child(slot, active, tips, outputs).ok_or(Overflow { row: draft.row })?;
+            let (turn, child) = self
+                .place_child(slot, active, tips, roll, outputs)
+                .ok_or(Overflow { row: draft.row })?;
             draft.siblings[slot] = Some(Sibling { tips, turn });
             branchlets[draft.row][slot] = child;
         }
         Ok(())
+    }
+
+    /// The roll of the child in `slot`, in deviations of the slot. A lateral has none: its bud has
+    /// its place on the shoot.
+    fn draw_roll(&self, slot: usize, active: &Active<'_>) -> f32 {
+        let Slot { roll_scale, .. } = self.slots[active.tree.species][slot];
+        if slot > 0 || roll_scale == 0.0 {
+            return 0.0;
+        }
+        let mut draws = active.seed.draws(active.lineage.child(slot as u8), Purpose::ChildRotation);
+        sampling::normal_score(self.rolls.row(active.tree.species), &mut draws) / roll_scale
     }
 
     /// The child in `slot` with its turn; no child when every attempt ends below the ground, and
@@ -244,20 +266,24 @@ impl Situated {
         slot: usize,
         active: &Active<'_>,
         tips: u32,
+        roll: f32,
         outputs: &[f32],
-    ) -> Option<(Vec3, Option<ChildSignature>)> {
+    ) -> Option<(Turn, Option<ChildSignature>)> {
         let Active { node, lineage, seed, tree } = active;
         let lineage = lineage.child(slot as u8);
-        let Slot { mean, scale } = self.slots[tree.species][slot];
-        let length = sampling::quantile(
-            self.length_quantiles.row(tree.species),
+        let order = (usize::from(node.order) + usize::from(slot > 0)).min(LENGTH_ORDERS - 1);
+        let lengths = self.lengths.row(tree.species);
+        let values = lengths.len() / LENGTH_ORDERS;
+        let length = sampling::normal_score(
+            &lengths[order * values..][..values],
             &mut seed.draws(lineage, Purpose::ChildLength),
         );
-        let mut turn = Vec3::ZERO;
+        let mut turn = Turn { swing: Vec2::ZERO, roll };
         for attempt in 0..ATTEMPTS {
-            let mut draws = seed.draws(lineage, Purpose::ChildRotation).at(attempt);
-            turn = sampling::turn(outputs, &mut draws)?;
-            let rotation = situated::rotation_of(turn, mean, scale);
+            // The first of these draws is the roll's.
+            let mut draws = seed.draws(lineage, Purpose::ChildRotation).at(1 + attempt);
+            turn.swing = sampling::swing(outputs, slot, &mut draws)?;
+            let rotation = self.slots[tree.species][slot].rotation(turn);
             let front = node.orientation * (rotation * Vec3::NEG_Z);
             if node.position.y + length * front.y >= 0.0 {
                 let thickness = thickness_of(tips, tree.tip_radius);

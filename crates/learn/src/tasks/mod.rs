@@ -13,14 +13,14 @@ pub(crate) use classifier::noise_draws;
 use deeptree_graph::signature::{TreeConditions, situated};
 use deeptree_graph::{Draws, MAX_CHILDREN};
 #[cfg(test)]
-pub(crate) use rotation::judge as judge_turn;
+pub(crate) use rotation::judge as judge_swing;
 #[cfg(test)]
 pub(crate) use split::bin_probability;
 
 use crate::order::Order;
 use crate::report::Tally;
+use crate::rotations::Rotations;
 use crate::set::{Corpus, Spot};
-use crate::tables::Rotations;
 use crate::{Kind, TrainOptions};
 
 /// A network of a model.
