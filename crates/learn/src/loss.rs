@@ -279,15 +279,10 @@ mod tests {
 
     #[test]
     fn gradients_match_central_differences() {
-<<<<<<< HEAD
-        let turn = random(3, 5, 1.0).repeat(ROTATION_COMPONENTS);
         // The second child is missing.
         let mut family = random(JOINT_LEN, 7, 1.0);
         family[..3].copy_from_slice(&[1.0, 0.0, 1.0]);
-        let cases: [(Loss, usize, Vec<f32>); 5] = [
-=======
-        let cases: [(Loss, usize, Vec<f32>); 6] = [
->>>>>>> main
+        let cases: [(Loss, usize, Vec<f32>); 7] = [
             (split, SPLIT_OUTPUTS, bin(-0.4, 0.1)),
             (split, SPLIT_OUTPUTS, bin(0.7, OPEN_END)),
             (apical, ROTATION_OUTPUTS, swing(0.4, -0.7, false)),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use deeptree_graph::signature::paper;
+use deeptree_graph::signature::{paper, situated};
 use deeptree_infer::ModelKind;
 use serde::{Deserialize, Serialize};
 
@@ -91,10 +91,15 @@ pub struct NetworkOptions {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learning_rate: Option<f64>,
     /// The attributes of the node that the network reads, by the names in
-    /// [`deeptree_graph::signature::paper::ATTRIBUTES`]; not for kind `situated`. The others are
-    /// zeros in training, and the model that is written has no weights for them.
+    /// [`deeptree_graph::signature::paper::ATTRIBUTES`], for kind `situated` in
+    /// [`deeptree_graph::signature::situated::ATTRIBUTES`]. The others are zeros in training, and
+    /// the model that is written has no weights for them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reads: Option<Vec<String>>,
+    /// Draw nodes with 0, 1, 2 and 3 children equally often; for `existence`, which is calibrated
+    /// without. Only to show what becomes of trees then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub balanced: Option<bool>,
 }
 
 impl TrainOptions {
@@ -182,8 +187,7 @@ impl TrainOptions {
             let widths = one.hidden.iter().flatten().all(|&width| width > 0);
             check(widths, "hidden", format!("{:?}", one.hidden), "widths of at least 1")?;
             for attribute in one.reads.iter().flatten() {
-                let known =
-                    self.kind != Kind::Situated && paper::ATTRIBUTES.contains(&&**attribute);
+                let known = self.attribute(attribute, 1).is_some();
                 check(known, "reads", format!("`{attribute}`"), "an attribute that the kind has")?;
             }
         }
@@ -202,8 +206,20 @@ impl TrainOptions {
             return Vec::new();
         };
         let hidden = |name: &&&str| !reads.iter().any(|read| read == **name);
-        let range = |name: &&str| paper::attribute(name, species);
-        paper::ATTRIBUTES.iter().filter(hidden).filter_map(range).collect()
+        let range = |name: &&str| self.attribute(name, species);
+        let all: &[&str] = match self.kind {
+            Kind::Situated => &situated::ATTRIBUTES,
+            Kind::Paper | Kind::Joint => &paper::ATTRIBUTES,
+        };
+        all.iter().filter(hidden).filter_map(range).collect()
+    }
+
+    /// Where an attribute stands among the inputs.
+    fn attribute(&self, name: &str, species: usize) -> Option<Range<usize>> {
+        match self.kind {
+            Kind::Situated => situated::attribute(name, species),
+            Kind::Paper | Kind::Joint => paper::attribute(name, species),
+        }
     }
 
     /// What holds for one network of so many samples. Without any (no species has children in the

@@ -76,18 +76,11 @@ pub struct NetworkReport {
 /// | `accuracy` | existence | share of nodes whose class is the likeliest |
 /// | `children_predicted`, `children_actual`, `children_excess` | existence | mean number of children, as predicted and in truth, and the difference |
 /// | `nll` | split, rotation | mean −ln p of what happened, rotations in deviations |
-<<<<<<< HEAD
-/// | `residual` | rotation | mean distance from the mixture's mean by component, in deviations |
+/// | `aligned_predicted`, `aligned_actual` | rotation | mean probability that a swing is aligned, share that is |
 /// | `accuracy`, `accuracy_all_three` | classifier, joint | share of children told right at 0.5; of nodes with all three right |
 /// | `mse` | classifier, regressor, joint | mean squared error; of thickness and length in m², but for the classifier |
 /// | `existence_mse` | joint | mean squared error of the probabilities of children |
 /// | `cosine_distance` | regressor, joint | mean 1 − cos of the quaternions |
-=======
-/// | `aligned_predicted`, `aligned_actual` | rotation | mean probability that a swing is aligned, share that is |
-/// | `accuracy`, `accuracy_all_three` | classifier | share of children told right at 0.5; of nodes with all three right |
-/// | `mse` | classifier, regressor | mean squared error; regressor: of thickness and length, m² |
-/// | `cosine_distance` | regressor | mean 1 − cos of the quaternions |
->>>>>>> main
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// Samples looked at.

@@ -142,6 +142,8 @@ pub(crate) struct Lesson<'a> {
     /// Of the training trees; kind `situated` only.
     pub(crate) rotations: Option<&'a Rotations>,
     pub(crate) position_noise: f64,
+    /// Whether nodes are balanced by how many children they have.
+    pub(crate) balanced_existence: bool,
 }
 
 impl<'a> Lesson<'a> {
@@ -151,7 +153,10 @@ impl<'a> Lesson<'a> {
         rotations: Option<&'a Rotations>,
         options: &TrainOptions,
     ) -> Self {
-        Self { corpus, species, rotations, position_noise: options.position_noise }
+        let own = options.networks.get(Network::Existence.name());
+        let balanced_existence = own.and_then(|own| own.balanced).unwrap_or(false);
+        let position_noise = options.position_noise;
+        Self { corpus, species, rotations, position_noise, balanced_existence }
     }
 
     /// What `network` learns.
