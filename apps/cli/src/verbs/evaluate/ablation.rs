@@ -6,11 +6,11 @@
 use anyhow::{Context, Result};
 use deeptree_eval::report::{Cell, Chapter, Tone};
 use deeptree_growth::Species;
-use deeptree_infer::{Weights, WeightsBuilder};
-use deeptree_learn::{Kind, NetworkOptions, TrainOptions};
+use deeptree_learn::{Kind, TrainOptions};
 use serde::{Deserialize, Serialize};
 
 use super::lab::{Fit, Lab, Stand, percent};
+use super::points;
 use super::study::Study;
 use crate::verbs::preset;
 use crate::verbs::train::training::set_reads;
@@ -54,7 +54,7 @@ pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
     let (corpus, trees) = (study.scale(500, 20), study.scale(200, 12));
     let lab = Lab::new(study, "ablation", vec![&species], corpus, trees);
     let teacher = lab.teacher(&species)?;
-    let mut run = |part: &str, networks: &[&str], name: &str, reads: &[&str]| {
+    let run = |part: &str, networks: &[&str], name: &str, reads: &[&str]| {
         study
             .part(&format!("ablation-{part}-{name}"), || {
                 outcome(&lab, &species, part, networks, name, reads)
@@ -69,8 +69,6 @@ pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
         .map(|(name, reads)| run("regressors", REGRESSOR_NETWORKS, name, reads))
         .into_iter()
         .collect::<Result<Vec<_>>>()?;
-    save(study, &teacher, &classifier, &regressors)?;
-
     let mut chapter = Chapter::new("ablation", "Ablations of the node's attributes");
     chapter.text(classifier_text(&classifier));
     chapter.text(regressors_text(&classifier[4], &regressors));
@@ -107,6 +105,8 @@ pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
     );
     // PICTURES: a row of trees a configuration goes here; their models are kept in
     // `lab/ablation-…/classifier-a.safetensors` … `regressors-d.safetensors`.
+    let points = points::add(study, &species, &mut chapter)?;
+    save(study, &teacher, &classifier, &regressors, &points)?;
     Ok(chapter)
 }
 
@@ -127,26 +127,13 @@ fn outcome(
     }
     let mut options = full;
     set_reads(&mut options, networks, reads);
-    for other in CLASSIFIER_NETWORKS.iter().chain(REGRESSOR_NETWORKS) {
-        if !networks.contains(other) {
-            // Taken from the full model; a network must train for a step at least.
-            let own: &mut NetworkOptions = options.networks.entry((*other).to_owned()).or_default();
-            (own.epochs, own.steps_per_epoch) = (Some(1), Some(1));
-        }
-    }
     let label = format!("{part}-{name}");
-    let (bytes, mut report) = lab.train(&format!("{label}-alone"), &options)?;
-    let ablated = Weights::from_bytes(&bytes)?;
-    let mut model = WeightsBuilder::from_weights(&Weights::from_bytes(&full_bytes)?);
-    for network in networks {
-        model.network_of(network, &ablated);
-    }
+    let (model, mut report) = lab.train_some(&label, options, networks, &full_bytes)?;
     for (network, figures) in full_report.networks {
         if !networks.contains(&network.as_str()) {
             report.networks.insert(network, figures);
         }
     }
-    let model = model.to_bytes()?;
     lab.keep(&label, &model)?;
     Ok(Outcome { fit: Fit::of(&report, None)?, stand: lab.stand(&model, species)? })
 }
@@ -218,9 +205,10 @@ fn save(
     teacher: &Stand,
     classifier: &[Outcome],
     regressors: &[Outcome],
+    points: &[(&str, Stand)],
 ) -> Result<()> {
     let mut csv = format!("part,name,reads,accuracy,mse,cosine_distance,{}\n", Stand::CSV);
-    csv += &format!("teacher,,,,,,{}\n", teacher.csv());
+    csv += &format!("teacher,,,,,{}\n", teacher.csv());
     let mut list = Vec::new();
     let parts = [
         ("classifier", CLASSIFIER.as_slice(), classifier),
@@ -237,6 +225,10 @@ fn save(
                 "part": part, "name": name, "reads": reads, "fit": fit, "trees": stand,
             }));
         }
+    }
+    for (name, stand) in points {
+        csv += &format!("situated,{name},,,,{}\n", stand.csv());
+        list.push(serde_json::json!({ "part": "situated", "name": name, "trees": stand }));
     }
     let json =
         serde_json::json!({ "species": SPECIES, "teacher": teacher, "configurations": list });

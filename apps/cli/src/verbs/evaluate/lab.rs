@@ -1,8 +1,8 @@
 //! Networks that a chapter trains for itself, and what their trees are like.
 
-use std::cell::OnceCell;
 use std::io::Write;
 use std::path::PathBuf;
+use std::sync::OnceLock;
 use std::{fs, io};
 
 use anyhow::{Context, Result, ensure};
@@ -14,7 +14,7 @@ use deeptree_export::write_atomically;
 use deeptree_generate::{Limits, Request, generate};
 use deeptree_graph::{BranchGraph, Seed};
 use deeptree_growth::{Species, grow};
-use deeptree_infer::Model;
+use deeptree_infer::{Model, Weights, WeightsBuilder};
 use deeptree_learn::{Kind, NetworkReport, Report, TrainOptions, TrainingSet, train};
 use serde::{Deserialize, Serialize};
 
@@ -42,7 +42,7 @@ pub(super) struct Lab<'a> {
     corpus_trees: u32,
     /// Trees of each species that are grown with each model.
     pub(super) trees: u32,
-    set: OnceCell<TrainingSet>,
+    set: OnceLock<TrainingSet>,
 }
 
 /// Mean and standard deviation.
@@ -88,7 +88,7 @@ impl<'a> Lab<'a> {
         corpus_trees: u32,
         trees: u32,
     ) -> Self {
-        Self { study, name, species, corpus_trees, trees, set: OnceCell::new() }
+        Self { study, name, species, corpus_trees, trees, set: OnceLock::new() }
     }
 
     /// The recipe of a kind, shortened for a quick run.
@@ -162,7 +162,7 @@ impl<'a> Lab<'a> {
         build(
             &plan,
             &dir,
-            |name, seed| {
+            |name, seed, _priors| {
                 let species = self.species.iter().find(|species| species.name == name);
                 let parameters = species.unwrap_or(&self.species[0]).parameters(profile);
                 grow(name, parameters, seed).map(|grown| grown.tree)
@@ -203,6 +203,34 @@ impl<'a> Lab<'a> {
         let bytes =
             fs::read(&path).with_context(|| format!("cannot read the model {}", path.display()))?;
         Ok((bytes, report))
+    }
+
+    /// Trains some networks of a model, and takes the others from the model `full`.
+    pub(super) fn train_some(
+        &self,
+        name: &str,
+        mut options: TrainOptions,
+        networks: &[&str],
+        full: &[u8],
+    ) -> Result<(Vec<u8>, Report)> {
+        let full = Weights::from_bytes(full)?;
+        let mut names: Vec<&str> = full
+            .names()
+            .filter_map(|tensor| tensor.split_once(".0.weight").map(|(network, _)| network))
+            .collect();
+        names.retain(|network| !networks.contains(network));
+        for network in names {
+            // Its place is taken; a network must train for a step at least.
+            let own = options.networks.entry(network.to_owned()).or_default();
+            (own.epochs, own.steps_per_epoch) = (Some(1), Some(1));
+        }
+        let (bytes, report) = self.train(&format!("{name}-alone"), &options)?;
+        let some = Weights::from_bytes(&bytes)?;
+        let mut model = WeightsBuilder::from_weights(&full);
+        for network in networks {
+            model.network_of(network, &some);
+        }
+        Ok((model.to_bytes()?, report))
     }
 
     /// Keeps a model that was put together of others, to generate with.

@@ -6,6 +6,8 @@ mod ablation;
 mod joint;
 #[cfg(feature = "train")]
 mod lab;
+#[cfg(feature = "train")]
+mod points;
 mod study;
 mod table;
 #[cfg(not(feature = "train"))]
