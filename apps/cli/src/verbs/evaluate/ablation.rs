@@ -75,8 +75,8 @@ pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
     chapter.text(format!(
         "{}. Species {SPECIES}, as in the paper; attributes by the paper's symbols; a, v and s are \
          left out everywhere. Networks that are not ablated read all attributes of the node and \
-         are the same bits in every row. AUC: a random forest on whole-tree features, trained \
-         trees against the teacher's; 0.5 is indistinguishable.",
+         are the same bits in every row. AUC: a random forest on features of whole trees, \
+         generated ones against the teacher's; 0.5 is indistinguishable.",
         lab.recipe()
     ));
     let header: Vec<&str> = ["", "reads", "accuracy"].into_iter().chain(Stand::HEADER).collect();
