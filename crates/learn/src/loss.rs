@@ -4,6 +4,8 @@
 //! faster forwards and backwards than a gather.
 
 use burn::tensor::{Tensor, activation::log_softmax, activation::sigmoid};
+use deeptree_graph::MAX_CHILDREN;
+use deeptree_graph::signature::paper::CHILD_LEN;
 use deeptree_graph::signature::situated::{
     CLASSES, LOG_SCALE, ROTATION_COMPONENTS, SPLIT_COMPONENTS,
 };
@@ -115,17 +117,40 @@ pub(crate) fn classifier(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
 ///
 /// # Shapes  outputs, targets: `[batch, 6]`: qx, qy, qz, qw, t, l
 pub(crate) fn regressor(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+    let (squares, distance) = child_errors(outputs, targets);
+    squares.mean() + distance.mean()
+}
+
+/// Squared errors of thickness and length, and cosine distance of the quaternions, row by row.
+fn child_errors(outputs: Tensor<2>, targets: Tensor<2>) -> (Tensor<2>, Tensor<2>) {
     let (q, label) = (columns(&outputs, 0, 4), columns(&targets, 0, 4));
     let norm = (q.clone().square().sum_dim(1) + 1e-12).sqrt();
     let cosine = (q * label).sum_dim(1) / norm;
     let error = columns(&outputs, 4, 2) - columns(&targets, 4, 2);
-    error.square().mean() + (-cosine + 1.0).mean()
+    (error.square(), -cosine + 1.0)
+}
+
+/// The classifier's loss, plus the regressor's of each slot over the children there are.
+///
+/// # Shapes  outputs, targets: `[batch, JOINT_LEN]`: existence by slot, then qx … l by slot
+pub(crate) fn joint(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+    const C: usize = MAX_CHILDREN;
+    let mut loss = classifier(columns(&outputs, 0, C), columns(&targets, 0, C));
+    for slot in 0..C {
+        let child = |of: &Tensor<2>| columns(of, C + slot * CHILD_LEN, CHILD_LEN);
+        let (squares, distance) = child_errors(child(&outputs), child(&targets));
+        let exists = columns(&targets, slot, 1);
+        let count = exists.clone().sum().clamp_min(1.0);
+        loss = loss + ((squares.mean_dim(1) + distance) * exists).sum() / count;
+    }
+    loss
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use burn::tensor::{Device, TensorData};
+    use deeptree_graph::signature::paper::JOINT_LEN;
     use deeptree_graph::signature::situated::{ROTATION_OUTPUTS, SPLIT_OUTPUTS};
     use deeptree_graph::{Lineage, Purpose, Seed};
 
@@ -233,14 +258,38 @@ mod tests {
     }
 
     #[test]
+    fn the_joint_loss_is_the_sum_of_the_published_ones_over_the_children_there_are() {
+        let (outputs, mut targets) = (random(JOINT_LEN, 1, 1.0), random(JOINT_LEN, 2, 1.0));
+        targets[..3].copy_from_slice(&[1.0, 0.0, 1.0]);
+        let child = |values: &[f32], slot: usize| values[3 + 6 * slot..][..6].to_vec();
+        let one = |slot| value(regressor, &child(&outputs, slot), &child(&targets, slot));
+        let expected = value(classifier, &outputs[..3], &targets[..3]) + one(0) + one(2);
+        assert!((value(joint, &outputs, &targets) - expected).abs() < 1e-5);
+        // A batch: what a slot adds is the mean over the rows that have it.
+        let rows = |a: &[f32], b: &[f32]| {
+            Tensor::from_data(TensorData::new([a, b].concat(), [2, JOINT_LEN]), &Device::flex())
+        };
+        let mut alone = targets.clone();
+        alone[2] = 0.0;
+        let both: f32 = joint(rows(&outputs, &outputs), rows(&targets, &alone)).into_scalar();
+        let existence = [&targets, &alone].map(|t| value(classifier, &outputs[..3], &t[..3]));
+        let expected = (existence[0] + existence[1]) / 2.0 + one(0) + one(2);
+        assert!((both - expected).abs() < 1e-5, "{both} {expected}");
+    }
+
+    #[test]
     fn gradients_match_central_differences() {
-        let cases: [(Loss, usize, Vec<f32>); 6] = [
+        // The second child is missing.
+        let mut family = random(JOINT_LEN, 7, 1.0);
+        family[..3].copy_from_slice(&[1.0, 0.0, 1.0]);
+        let cases: [(Loss, usize, Vec<f32>); 7] = [
             (split, SPLIT_OUTPUTS, bin(-0.4, 0.1)),
             (split, SPLIT_OUTPUTS, bin(0.7, OPEN_END)),
             (apical, ROTATION_OUTPUTS, swing(0.4, -0.7, false)),
             (lateral, ROTATION_OUTPUTS, swing(-1.1, 0.3, false)),
             (lateral, ROTATION_OUTPUTS, swing(0.2, 0.0, true)),
             (regressor, 6, random(6, 6, 1.0)),
+            (joint, JOINT_LEN, family),
         ];
         for (number, (loss, width, targets)) in cases.into_iter().enumerate() {
             let outputs = random(width, 40 + number as u64, 0.7);

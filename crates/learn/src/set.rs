@@ -91,6 +91,11 @@ impl<'a> Corpus<'a> {
         Spot { tree: tree as u32, node: (number - self.starts[tree]) as NodeId }
     }
 
+    /// The number of a node: the inverse of [`Self::spot`].
+    pub(crate) fn number(&self, spot: Spot) -> usize {
+        self.starts[spot.tree as usize] + spot.node as usize
+    }
+
     /// All nodes that `wanted` accepts.
     pub(crate) fn select(&self, wanted: impl Fn(&Node) -> bool) -> Vec<Spot> {
         let mut spots = Vec::new();

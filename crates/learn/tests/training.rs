@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use deeptree_graph::signature::paper;
 use deeptree_graph::signature::situated::{self, Branching, CLASSES};
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{BranchGraph, Quat, TreeTraits, Vec2, Vec3};
@@ -35,6 +36,7 @@ fn tiny(kind: Kind) -> TrainOptions {
     let names = match kind {
         Kind::Situated => ["existence", "split", "rotation1", "rotation2", "rotation3"].as_slice(),
         Kind::Paper => &["classifier", "regressor1", "regressor2", "regressor3"],
+        Kind::Joint => &["joint"],
     };
     let own = NetworkOptions { hidden: Some(vec![8, 8]), ..NetworkOptions::default() };
     let networks = names.iter().map(|&name| (name.to_owned(), own.clone())).collect();
@@ -179,6 +181,121 @@ fn paper_networks_learn_the_means() {
     assert!(figure(&model, "classifier", "accuracy") > 0.7);
 }
 
+#[test]
+fn the_joint_network_learns_the_means_as_the_regressors_do() {
+    let set = synthetic::set(60);
+    let options = TrainOptions {
+        epochs: 4,
+        steps_per_epoch: Some(200),
+        learning_rate: 1e-3,
+        ..TrainOptions::new(Kind::Joint)
+    };
+    let model = run(&set, &options);
+    assert_eq!(weights(&model).kind(), ModelKind::Joint);
+    // As for the regressors: spread of the rotations, variance of the lengths.
+    let spread = f64::from(synthetic::SPREAD.length_squared()) / 8.0;
+    let distance = figure(&model, "joint", "cosine_distance");
+    assert!(distance < 4.0 * spread, "{distance}, spread {spread}");
+    assert!(figure(&model, "joint", "mse") < 2.0 / 96.0);
+    assert!(figure(&model, "joint", "accuracy") > 0.7);
+}
+
+/// A tree's conditions as the networks read them.
+fn conditions(tree: &BranchGraph) -> TreeConditions {
+    let species = usize::from(tree.info.species == "elm");
+    let tip_radius = synthetic::TIP_RADIUS[species];
+    TreeConditions {
+        age: tree.info.age as f32,
+        gravitropism: tree.info.gravitropism,
+        species,
+        tip_radius,
+        root_tips: tip_count(tree.root().thickness, tip_radius),
+        traits: TreeTraits::of(tree),
+    }
+}
+
+/// Share of the children of these trees that the file's classifier tells right.
+fn accuracy(classifier: &Mlp, trees: &[BranchGraph]) -> f64 {
+    let (mut right, mut all) = (0, 0);
+    let (mut scratch, mut inputs) = (Scratch::new(), vec![0.0; paper::len(2)]);
+    for tree in trees {
+        for node in tree.nodes() {
+            paper::encode(node, &conditions(tree), 2, &mut inputs);
+            let logits = classifier.forward(SimdPath::detect(), &inputs, &mut scratch);
+            let told = logits
+                .iter()
+                .zip(node.children)
+                .filter(|(logit, c)| (**logit > 0.0) == c.is_some());
+            (right, all) = (right + told.count(), all + 3);
+        }
+    }
+    right as f64 / all as f64
+}
+
+#[test]
+fn an_attribute_that_is_not_read_counts_neither_in_training_nor_in_the_file() {
+    let set = synthetic::set(6);
+    let mut options = TrainOptions { epochs: 2, steps_per_epoch: Some(100), ..tiny(Kind::Paper) };
+    options.learning_rate = 1e-2;
+    let plain = weights(&run(&set, &options)).mlp("classifier").unwrap();
+    let reads = |networks: [(&str, &[&str]); 2]| {
+        let mut options = options.clone();
+        for (network, names) in networks {
+            let own = options.networks.get_mut(network).unwrap();
+            own.reads = Some(names.iter().map(|&name| name.to_owned()).collect());
+        }
+        run(&set, &options)
+    };
+    let model = reads([("classifier", &["p", "mp", "o"]), ("regressor2", &["t", "s"])]);
+    let file = weights(&model);
+    let classifier = file.mlp("classifier").unwrap();
+    assert_ne!(classifier, plain);
+
+    // The file, which is given all attributes, does as well as the training says.
+    let (said, found) =
+        (figure(&model, "classifier", "accuracy"), accuracy(&classifier, &set.validation));
+    assert!((said - found).abs() < 1e-4, "{said} {found}");
+
+    // Whatever stands in the place of an attribute, the bits are those of its absence.
+    let read: [(&str, &[&str]); 2] =
+        [("classifier", &["p", "mp", "o"]), ("regressor2", &["t", "s"])];
+    let mut scratch = Scratch::new();
+    for (network, names) in read {
+        let mlp = file.mlp(network).unwrap();
+        let row: Vec<f32> = (0..mlp.inputs()).map(|i| 0.3 + 0.1 * i as f32).collect();
+        let mut bits = |row: &[f32]| -> Vec<u32> {
+            let outputs = mlp.forward(SimdPath::detect(), row, &mut scratch);
+            outputs.iter().map(|x| x.to_bits()).collect()
+        };
+        let before = bits(&row);
+        for name in paper::ATTRIBUTES {
+            let mut other = row.clone();
+            for x in &mut other[paper::attribute(name, 2).unwrap()] {
+                *x = -7.5 * *x;
+            }
+            assert_eq!(bits(&other) != before, names.contains(&name), "{network}, {name}");
+        }
+    }
+    // A network without a list reads all.
+    assert_eq!(
+        file.mlp("regressor1").unwrap(),
+        weights(&run(&set, &options)).mlp("regressor1").unwrap()
+    );
+}
+
+#[test]
+fn an_unknown_attribute_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    for (kind, network, name) in
+        [(Kind::Paper, "classifier", "x"), (Kind::Situated, "existence", "p")]
+    {
+        let mut options = tiny(kind);
+        options.networks.get_mut(network).unwrap().reads = Some(vec![name.to_owned()]);
+        let error = train(&synthetic::set(2), &options, folder.path(), &Silent).unwrap_err();
+        assert!(error.to_string().contains(&format!("`{name}`")), "{error}");
+    }
+}
+
 /// Stops after an epoch.
 struct StopAfter(AtomicU32, u32);
 
@@ -212,7 +329,7 @@ fn in_pieces(set: &TrainingSet, options: &TrainOptions, folder: &Path) -> Traine
 #[test]
 fn a_run_in_pieces_ends_with_the_same_bits() {
     let set = synthetic::set(6);
-    for kind in [Kind::Situated, Kind::Paper] {
+    for kind in [Kind::Situated, Kind::Paper, Kind::Joint] {
         let options = tiny(kind);
         let straight = run(&set, &options);
         let folder = tempfile::tempdir().unwrap();

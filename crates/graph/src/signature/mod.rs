@@ -118,6 +118,61 @@ mod tests {
     }
 
     #[test]
+    fn situated_attributes_stand_where_they_are_said_to() {
+        use situated::{ATTRIBUTES, attribute};
+        let (node, tree) = (tree(0.3).node(2).clone(), conditions());
+        let features = |node: &crate::Node, tree: &TreeConditions| {
+            let mut out = vec![0.0; situated::len(8)];
+            situated::encode(node, tree, 8, &mut out);
+            out
+        };
+        let before = features(&node, &tree);
+        let mut end = 0;
+        for name in ATTRIBUTES {
+            let (mut node, mut tree) = (node.clone(), tree);
+            match name {
+                "s" => tree.species = 3,
+                "a" => tree.age += 1.0,
+                "v" => tree.gravitropism += 0.1,
+                "traits" => tree.traits.nodes += 9.0,
+                "n" => node.thickness *= 3.0,
+                "ds" => node.branch_distance += 4.0,
+                "df" => node.fork_distance += 4.0,
+                "dr" => node.root_distance += 4.0,
+                "o" => node.order += 1,
+                "mp" => node.sibling_count = if node.sibling_count == 1 { 2 } else { 1 },
+                "slot" => node.slot = (node.slot + 1) % 3,
+                "qp" => node.rotation = Quat::from_xyzw(0.5, 0.5, 0.5, 0.5),
+                "lp" => node.length += 1.0,
+                // A point on the axis, seen from a node that looks along it: only heights change.
+                "place" => continue_at(&mut end, attribute("place", 8)),
+                "frame" => node.orientation *= Quat::from_rotation_x(0.4),
+                other => panic!("{other}"),
+            }
+            let range = attribute(name, 8).unwrap();
+            if name != "place" {
+                assert_eq!(range.start, end, "{name}");
+                end = range.end;
+                let after = features(&node, &tree);
+                let changed: Vec<usize> = (0..after.len())
+                    .filter(|&i| after[i].to_bits() != before[i].to_bits())
+                    .collect();
+                assert!(!changed.is_empty(), "{name}");
+                assert!(changed.iter().all(|i| range.contains(i)), "{name}: {changed:?} {range:?}");
+            }
+        }
+        assert_eq!(end, situated::len(8));
+        assert_eq!(attribute("traits", 8), Some(situated::traits(8)));
+    }
+
+    /// The position is part of two attributes: only where the first of them stands is looked at.
+    fn continue_at(end: &mut usize, range: Option<std::ops::Range<usize>>) {
+        let range = range.unwrap();
+        assert_eq!(range.start, *end);
+        *end = range.end;
+    }
+
+    #[test]
     fn tip_counts_survive_the_way_through_a_radius() {
         for tips in (1..5000).chain([65_535, 1_000_000, 1 << 22]) {
             assert_eq!(tip_count(thickness_of(tips, 0.01), 0.01), tips);

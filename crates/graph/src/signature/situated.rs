@@ -43,6 +43,40 @@ pub const fn len(species: usize) -> usize {
         + 3
 }
 
+/// What [`encode`] writes, in its order, by the paper's symbols without subscripts where it has
+/// them; `traits` with the tips of the whole tree, `n` the node's tips, `df` the distance to the
+/// last fork, `place` height and distance from the axis, `frame` what is told in the node's own
+/// frame.
+pub const ATTRIBUTES: [&str; 15] = [
+    "s", "a", "v", "traits", "n", "ds", "df", "dr", "o", "mp", "slot", "qp", "lp", "place", "frame",
+];
+
+/// Where the attribute of this name stands in [`encode`]; none for a name not in [`ATTRIBUTES`].
+#[must_use]
+pub fn attribute(name: &str, species: usize) -> Option<std::ops::Range<usize>> {
+    let distances = [1 + BRANCH_STEPS, 1 + FORK_STEPS, 1 + ROOT_STEPS];
+    let widths = [
+        species,
+        1,
+        1,
+        1 + TreeTraits::COUNT,
+        2 + SMALL_TIPS + 1,
+        distances[0],
+        distances[1],
+        distances[2],
+        ORDERS,
+        3,
+        3,
+        4,
+        1,
+        2,
+        12,
+    ];
+    let index = ATTRIBUTES.iter().position(|known| *known == name)?;
+    let start = widths[..index].iter().sum();
+    Some(start..start + widths[index])
+}
+
 /// Encodes one node.
 ///
 /// In order: s, a, v; the tips and traits of the whole tree; ln N, 1/√N and a one-hot of small N; d_s, the distance to the last fork

@@ -1,5 +1,6 @@
 //! From signatures to children: what a model proposes for the nodes of a frontier.
 
+mod joint;
 mod paper;
 mod roots;
 mod sampling;
@@ -12,6 +13,7 @@ use deeptree_graph::{
 use crate::kernels::SimdPath;
 use crate::mlp::{Mlp, Scratch};
 use crate::weights::{ModelKind, ReadWeightsError, Weights};
+use joint::Joint;
 use paper::Paper;
 pub use roots::{ROOT_COLUMNS, Root};
 use situated::Situated;
@@ -131,6 +133,7 @@ pub struct Model {
 enum Networks {
     Situated(Situated),
     Paper(Paper),
+    Joint(Joint),
 }
 
 impl Model {
@@ -157,6 +160,7 @@ impl Model {
         let networks = match weights.kind() {
             ModelKind::Situated => Networks::Situated(Situated::new(weights)?),
             ModelKind::Paper => Networks::Paper(Paper::new(weights)?),
+            ModelKind::Joint => Networks::Joint(Joint::new(weights)?),
         };
         let mut hash = [0; 16];
         hash.copy_from_slice(&weights.sha256()[..16]);
@@ -165,6 +169,7 @@ impl Model {
         let weight_count = match &networks {
             Networks::Situated(networks) => networks.weight_count(),
             Networks::Paper(networks) => networks.weight_count(),
+            Networks::Joint(network) => network.weight_count(),
         };
         Ok(Self { species, tip_radius, roots, hash, weight_count, networks })
     }
@@ -175,6 +180,7 @@ impl Model {
         match self.networks {
             Networks::Situated(_) => ModelKind::Situated,
             Networks::Paper(_) => ModelKind::Paper,
+            Networks::Joint(_) => ModelKind::Joint,
         }
     }
 
@@ -216,6 +222,9 @@ impl Predictor for Model {
             }
             Networks::Paper(networks) => {
                 networks.branchlets(self.species.len(), frontier, work, branchlets)
+            }
+            Networks::Joint(network) => {
+                network.branchlets(self.species.len(), frontier, work, branchlets)
             }
         }
     }

@@ -48,10 +48,7 @@ impl Paper {
         branchlets: &mut [Branchlet],
     ) -> Result<(), Overflow> {
         let features = paper::len(species);
-        work.nodes.resize(frontier.len() * features, 0.0);
-        for (active, row) in frontier.iter().zip(work.nodes.chunks_exact_mut(features)) {
-            paper::encode(active.node, &active.tree, species, row);
-        }
+        encode(species, frontier, work);
         let exists = self.draw_existence(frontier, work)?;
         for slot in 0..MAX_CHILDREN {
             let having: Vec<usize> = (0..frontier.len()).filter(|&i| exists[i][slot]).collect();
@@ -84,22 +81,34 @@ impl Paper {
             .iter()
             .zip(logits.chunks_exact(MAX_CHILDREN))
             .enumerate()
-            .map(|(row, (active, logits))| {
-                if logits.iter().any(|logit| logit.is_nan()) {
-                    return Err(Overflow { row });
-                }
-                let mut draws = active.seed.draws(active.lineage, Purpose::Existence);
-                Ok(std::array::from_fn(|slot| {
-                    let p = 1.0 / (1.0 + libm::expf(-logits[slot]));
-                    (draws.uniform() as f32) < p
-                }))
-            })
+            .map(|(row, (active, logits))| draw_children(active, logits).ok_or(Overflow { row }))
             .collect()
     }
 }
 
+/// Encodes the nodes of the frontier, a row each.
+pub(super) fn encode(species: usize, frontier: &[Active<'_>], work: &mut Workspace) {
+    let features = paper::len(species);
+    work.nodes.resize(frontier.len() * features, 0.0);
+    for (active, row) in frontier.iter().zip(work.nodes.chunks_exact_mut(features)) {
+        paper::encode(active.node, &active.tree, species, row);
+    }
+}
+
+/// Which children a node has, from the logits of the three; none when they overflowed.
+pub(super) fn draw_children(active: &Active<'_>, logits: &[f32]) -> Option<[bool; MAX_CHILDREN]> {
+    if logits.iter().any(|logit| logit.is_nan()) {
+        return None;
+    }
+    let mut draws = active.seed.draws(active.lineage, Purpose::Existence);
+    Some(std::array::from_fn(|slot| {
+        let p = 1.0 / (1.0 + libm::expf(-logits[slot]));
+        (draws.uniform() as f32) < p
+    }))
+}
+
 /// The guard rails: a unit quaternion, a thickness above 0, and a length within the growth space.
-fn child_signature(outputs: &[f32]) -> Option<ChildSignature> {
+pub(super) fn child_signature(outputs: &[f32]) -> Option<ChildSignature> {
     if !outputs.iter().all(|x| x.is_finite()) {
         return None;
     }

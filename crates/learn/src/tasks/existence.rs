@@ -4,8 +4,10 @@ use burn::tensor::Tensor;
 use deeptree_graph::MAX_CHILDREN;
 use deeptree_graph::signature::situated::{self, Branching, CLASSES};
 
+use super::classifier::Classifier;
 use super::{Lesson, Task};
 use crate::loss::{self, EXISTENCE_TARGETS, IMPOSSIBLE};
+use crate::order::Order;
 use crate::report::Tally;
 
 /// One sample a node, without balancing: a balanced classifier makes trees that are too large.
@@ -13,6 +15,8 @@ pub(crate) struct Existence<'a> {
     lesson: &'a Lesson<'a>,
     /// What to add to the logits of a node with 1, 2, 3 and more tips: beyond, nothing changes.
     masks: [[f32; CLASSES]; 4],
+    /// What picks the nodes where they are balanced after all.
+    balanced: Option<Classifier<'a>>,
 }
 
 impl<'a> Existence<'a> {
@@ -21,7 +25,8 @@ impl<'a> Existence<'a> {
             if Branching::from_class(class).is_possible(tips) { 0.0 } else { IMPOSSIBLE }
         };
         let masks = std::array::from_fn(|i| std::array::from_fn(|c| mask(i as u32 + 1, c)));
-        Self { lesson, masks }
+        let balanced = lesson.balanced_existence.then(|| Classifier::new(lesson));
+        Self { lesson, masks, balanced }
     }
 }
 
@@ -40,6 +45,13 @@ impl Task for Existence<'_> {
 
     fn samples(&self) -> usize {
         self.lesson.corpus.nodes()
+    }
+
+    fn pick(&self, position: u64, order: &mut Order) -> usize {
+        match &self.balanced {
+            None => order.sample(position),
+            Some(nodes) => self.lesson.corpus.number(nodes.spot(nodes.pick(position, order))),
+        }
     }
 
     fn species(&self, sample: usize) -> usize {

@@ -3,6 +3,7 @@
 
 mod classifier;
 mod existence;
+mod joint;
 mod regressor;
 mod rotation;
 mod split;
@@ -32,6 +33,7 @@ pub(crate) enum Network {
     Classifier,
     /// Of the child in a slot.
     Regressor(usize),
+    Joint,
 }
 
 impl Network {
@@ -47,6 +49,7 @@ impl Network {
             Kind::Paper => {
                 [Self::Classifier].into_iter().chain(slots.map(Self::Regressor)).collect()
             }
+            Kind::Joint => vec![Self::Joint],
         }
     }
 
@@ -59,6 +62,7 @@ impl Network {
             Self::Rotation(slot) => ROTATIONS[slot],
             Self::Classifier => "classifier",
             Self::Regressor(slot) => REGRESSORS[slot],
+            Self::Joint => "joint",
         }
     }
 
@@ -70,6 +74,7 @@ impl Network {
             Self::Rotation(slot) => 3 + slot as u64,
             Self::Classifier => 11,
             Self::Regressor(slot) => 12 + slot as u64,
+            Self::Joint => 21,
         }
     }
 
@@ -80,7 +85,7 @@ impl Network {
             Self::Split => &[64, 64],
             Self::Rotation(_) => &[96, 96],
             // Four networks of 160-160-160 have the 913 kB of the paper.
-            Self::Classifier | Self::Regressor(_) => &[160, 160, 160],
+            Self::Classifier | Self::Regressor(_) | Self::Joint => &[160, 160, 160],
         }
     }
 }
@@ -137,6 +142,8 @@ pub(crate) struct Lesson<'a> {
     /// Of the training trees; kind `situated` only.
     pub(crate) rotations: Option<&'a Rotations>,
     pub(crate) position_noise: f64,
+    /// Whether nodes are balanced by how many children they have.
+    pub(crate) balanced_existence: bool,
 }
 
 impl<'a> Lesson<'a> {
@@ -146,7 +153,10 @@ impl<'a> Lesson<'a> {
         rotations: Option<&'a Rotations>,
         options: &TrainOptions,
     ) -> Self {
-        Self { corpus, species, rotations, position_noise: options.position_noise }
+        let own = options.networks.get(Network::Existence.name());
+        let balanced_existence = own.and_then(|own| own.balanced).unwrap_or(false);
+        let position_noise = options.position_noise;
+        Self { corpus, species, rotations, position_noise, balanced_existence }
     }
 
     /// What `network` learns.
@@ -158,6 +168,7 @@ impl<'a> Lesson<'a> {
             (Network::Split, _) => Box::new(split::Split::new(self)),
             (Network::Classifier, _) => Box::new(classifier::Classifier::new(self)),
             (Network::Regressor(slot), _) => Box::new(regressor::Regressor::new(self, slot)),
+            (Network::Joint, _) => Box::new(joint::Joint::new(self)),
             (Network::Existence, _) => Box::new(existence::Existence::new(self)),
             (Network::Rotation(_), None) => {
                 unreachable!("kind `situated`, which has these networks, has their tables")

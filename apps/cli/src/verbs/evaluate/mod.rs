@@ -1,13 +1,21 @@
 //! `evaluate`: teacher beside learner, beside the paper, chapter by chapter.
 
+#[cfg(feature = "train")]
+mod ablation;
 mod compression;
 mod criteria;
 mod diversity;
 mod estimate;
 mod histograms;
+#[cfg(feature = "train")]
+mod joint;
+#[cfg(feature = "train")]
+mod lab;
 mod measure;
 mod memorisation;
 mod perceptual;
+#[cfg(feature = "train")]
+mod points;
 mod priors;
 mod runtime;
 mod study;
@@ -15,6 +23,8 @@ mod table;
 mod termination;
 mod trees;
 mod two_sample;
+#[cfg(not(feature = "train"))]
+mod untrained;
 
 use std::fs;
 use std::time::Instant;
@@ -26,16 +36,20 @@ use serde_json::json;
 use crate::args::{self, Args, UsageError};
 use crate::report;
 use study::Study;
+#[cfg(not(feature = "train"))]
+use untrained::{ablation, joint};
 
 /// What a chapter is called, and what makes it.
 type Maker = fn(&Study<'_>) -> Result<Chapter>;
 
 /// The chapters of a report, in their order.
-const CHAPTERS: [(&str, Maker); 8] = [
+const CHAPTERS: [(&str, Maker); 10] = [
     ("table", table::chapter),
     ("perceptual", perceptual::chapter),
     ("two-sample", two_sample::chapter),
     ("memorisation", memorisation::chapter),
+    ("ablation", ablation::chapter),
+    ("joint", joint::chapter),
     ("priors", priors::chapter),
     ("runtime", runtime::chapter),
     ("compression", compression::chapter),
