@@ -271,7 +271,7 @@ fn an_attribute_that_is_not_read_counts_neither_in_training_nor_in_the_file() {
         for name in paper::ATTRIBUTES {
             let mut other = row.clone();
             for x in &mut other[paper::attribute(name, 2).unwrap()] {
-                *x = -7.5 * *x;
+                *x *= -7.5;
             }
             assert_eq!(bits(&other) != before, names.contains(&name), "{network}, {name}");
         }
