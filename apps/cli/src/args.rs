@@ -236,6 +236,9 @@ pub(crate) struct Evaluate {
     /// Which side to measure: both, the procedural model (p) or the networks (dt).
     #[arg(long, default_value = "both", value_parser = ["both", "p", "dt"])]
     pub(crate) side: String,
+    /// A Python with torch, for the chapter runtime [default: $DEEPTREE_PYTHON, or python3].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) python: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) model: ModelChoice,
     /// The folder of the report: report.html, and each chapter's figures as CSV and JSON. A run

@@ -1,5 +1,6 @@
 //! The models that ship, and models from files.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use anyhow::{Context, Result};
@@ -13,11 +14,17 @@ const PAPER: &[u8] = include_bytes!("../../../models/paper.safetensors");
 impl ModelChoice {
     /// Loads the model: one that ships by its name, else a file.
     pub(crate) fn load(&self) -> Result<Model> {
-        match self.model.to_str() {
-            Some("situated") => Ok(Model::from_bytes(SITUATED)?),
-            Some("paper") => Ok(Model::from_bytes(PAPER)?),
-            _ => load_file(&self.model),
-        }
+        let bytes = self.bytes()?;
+        Model::from_bytes(&bytes).with_context(|| format!("{} is no model", self.model.display()))
+    }
+
+    /// The bytes of the model's file.
+    pub(crate) fn bytes(&self) -> Result<Cow<'static, [u8]>> {
+        Ok(match self.model.to_str() {
+            Some("situated") => SITUATED.into(),
+            Some("paper") => PAPER.into(),
+            _ => read_file(&self.model)?.into(),
+        })
     }
 
     /// Memory for predictions on the chosen instruction set.
@@ -35,12 +42,11 @@ impl ModelChoice {
     }
 }
 
-fn load_file(path: &Path) -> Result<Model> {
-    let bytes = std::fs::read(path).with_context(|| {
+fn read_file(path: &Path) -> Result<Vec<u8>> {
+    std::fs::read(path).with_context(|| {
         format!(
             "cannot read the model {}; the models that ship are situated and paper",
             path.display()
         )
-    })?;
-    Model::from_bytes(&bytes).with_context(|| format!("{} is no model", path.display()))
+    })
 }

@@ -122,11 +122,11 @@ fn trees_of_a_corpus_differ_in_age_and_gravitropism_as_asked() {
         assert!(within, "{gravitropism}");
         // It is the tree that the growth model makes of its seed, age and gravitropism.
         let number = number.to_string();
-        desk.ok(&["convert", shard, "--tree", &number, "there.csv"]);
+        desk.ok(&["convert", shard, "--tree", &number, "there.tree"]);
         let words = ["grow", "tulip", "--seed", &number, "--age", &age.to_string()];
         let gravitropism = gravitropism.to_string();
-        desk.ok(&[&words[..], &["--gravitropism", &gravitropism, "-o", "grown.csv"]].concat());
-        assert!(desk.read("grown.csv") == desk.read("there.csv"), "tree {number}");
+        desk.ok(&[&words[..], &["--gravitropism", &gravitropism, "-o", "grown.tree"]].concat());
+        assert!(desk.read("grown.tree") == desk.read("there.tree"), "tree {number}");
     }
     assert!(trees.iter().any(|tree| tree["age"] != trees[0]["age"]));
 }
@@ -134,7 +134,8 @@ fn trees_of_a_corpus_differ_in_age_and_gravitropism_as_asked() {
 #[test]
 fn an_evaluation_saves_and_prints_the_table() {
     let desk = Desk::new();
-    let text = desk.ok(&["evaluate", "--species", "walnut", "--trees", "3", "-o", "report"]);
+    let words = ["evaluate", "--quick", "--species", "walnut", "--trees", "3", "-o", "report"];
+    let text = desk.ok(&[&words[..], &["--chapters", "table"]].concat());
     assert!(text.contains("walnut: 3 trees P, 3 trees DT"));
     let csv = String::from_utf8(desk.read("report/table.csv")).unwrap();
     assert!(

@@ -1,18 +1,22 @@
 //! Growth by network: Algorithm 1 of the paper over whole frontiers.
 //!
-//! A tree starts from the root of a training tree. All nodes that have no children yet form the
+//! A tree starts from a root drawn from the law of its species, age and gravitropism. All nodes that have no children yet form the
 //! frontier; the model draws the branchlets of a whole frontier at once, and the new nodes are the
 //! next frontier, until every branch has ended by itself or the node budget is spent.
 
 #![forbid(unsafe_code)]
 
+mod aim;
+mod algebra;
+mod density;
+mod state;
 mod wish;
 
 use deeptree_graph::signature::{GROWTH_SPACE, TreeConditions, tip_count};
 use deeptree_graph::{BranchGraph, Lineage, Purpose, Seed, TreeInfo, Vec3};
 use deeptree_infer::{Active, Branchlet, Predictor, Root, Workspace};
 
-use wish::Wish;
+use aim::Aim;
 pub use wish::Wishes;
 
 /// Nodes a tree may have unless another budget is asked for.
@@ -28,9 +32,10 @@ pub struct Request {
     pub species: String,
     /// The seed of the tree.
     pub seed: Seed,
-    /// a: age in growth cycles; as the training roots have it when none is given.
+    /// a: age in growth cycles; when none is given the species' own, or the nearest to it at which
+    /// the model has seen what is wished.
     pub age: Option<u16>,
-    /// v: gravitropism; likewise.
+    /// v: gravitropism; the species' own when none is given.
     pub gravitropism: Option<f32>,
     /// What is asked of the tree as a whole.
     pub wishes: Wishes,
@@ -92,10 +97,29 @@ pub enum GenerateError {
     #[error("{what} is {value}; it must be a finite number")]
     NotFinite { what: &'static str, value: f32 },
     #[error(
-        "the model has seen {species} of {what} {low} to {high} only, not {value}; ask for that, or \
-         train a model on a corpus that has it"
+        "the model has seen {species}{} of {what} {low} to {high} only, not {value}; ask for that, \
+         or train a model on a corpus that has it",
+        at(*age)
     )]
-    OutOfRange { species: String, what: &'static str, value: f32, low: f32, high: f32 },
+    OutOfRange {
+        species: String,
+        /// When the range is that of one age.
+        age: Option<f32>,
+        what: &'static str,
+        value: f32,
+        low: f32,
+        high: f32,
+    },
+    #[error(
+        "the model has seen no {species} of age {age} and gravitropism {gravitropism}, nor any near; \
+         the nearest are of {near_age} and {near_gravitropism}"
+    )]
+    NotSeen { species: String, age: f32, gravitropism: f32, near_age: f32, near_gravitropism: f32 },
+    #[error(
+        "the model has seen each of what is asked of the {species}, but at no age all of it; ask \
+         for less"
+    )]
+    NotTogether { species: String },
     #[error("the model's numbers overflow at node {node}; train it or get it again")]
     Overflow { node: usize },
     #[error("the root has {what} {value}; no tree starts from such a root")]
@@ -119,91 +143,47 @@ pub fn generate(
     regenerate(model, germ, limits, work)
 }
 
-/// What the tree of a request grows from: a root drawn from the training roots of its species,
-/// among those nearest to the age and gravitropism asked for, with traits that meet the wishes.
+fn at(age: Option<f32>) -> String {
+    age.map_or(String::new(), |age| format!(", at age {age},"))
+}
+
+/// What the tree of a request grows from: a root drawn from the law of roots of its species at the
+/// age and gravitropism asked for, with traits that meet the wishes.
 ///
 /// # Errors
 ///
 /// As [`generate`].
 pub fn germ(model: &impl Predictor, request: &Request) -> Result<Germ, GenerateError> {
-    let species = model.species().iter().position(|name| *name == request.species);
-    let species = species.ok_or_else(|| GenerateError::UnknownSpecies {
-        name: request.species.clone(),
-        known: model.species().to_vec(),
-    })?;
-    let roots = model.roots(species);
-    let age = request.age.map(f32::from);
-    check_range(request, "age", age, roots.iter().map(|root| root.age))?;
-    let gravitropisms = roots.iter().map(|root| root.gravitropism);
-    check_range(request, "gravitropism", request.gravitropism, gravitropisms)?;
+    let species = number_of(model, &request.species)?;
+    let (roots, tip_radius) = (model.roots(species), model.tip_radius(species));
+    let Aim { place, law } = aim::aim(roots, tip_radius, request)?;
 
-    for Wish { what, value, of } in request.wishes.made() {
-        check_range(request, what, Some(value), roots.iter().map(|root| of(&root.traits)))?;
-    }
-
-    let distance = |root: &Root| {
-        let age = age.map_or(0.0, |age| (age - root.age).abs());
-        // One growth cycle weighs as much as a fortieth of the gravitropism.
-        let gravitropism =
-            request.gravitropism.map_or(0.0, |v| 40.0 * (v - root.gravitropism).abs());
-        age + gravitropism
-    };
-    let nearest = roots.iter().map(distance).fold(f32::INFINITY, f32::min);
-    let candidates: Vec<&Root> = roots.iter().filter(|root| distance(root) <= nearest).collect();
-    let mut draws = request.seed.draws(Lineage::ROOT, Purpose::RootSignature);
-    let mut root = *candidates[draws.index(candidates.len())];
-    root.age = age.unwrap_or(root.age);
-    root.gravitropism = request.gravitropism.unwrap_or(root.gravitropism);
-    let root = wish::grant(root, roots, model.tip_radius(species), &request.wishes);
+    let draws = || request.seed.draws(Lineage::ROOT, Purpose::RootSignature);
+    let (number, state) = law.draw(&mut draws());
+    let state = density::consistent(wish::grant(state, &law, &request.wishes));
+    let mut root = state::with_state(roots[number], tip_radius, &state);
+    root.signature.rotation = density::yawed(root.signature.rotation, &mut draws().at(1));
+    (root.age, root.gravitropism) = (place.age, place.gravitropism);
     Ok(Germ { species, seed: request.seed, root })
 }
 
-/// The wishes, moved into the range of what the model has seen of the species.
+/// The wishes of a request, moved into the range of what the model has seen of the species, at the
+/// age and gravitropism asked for.
 ///
 /// # Errors
 ///
-/// When the model does not know the species, or a wish is not finite.
-pub fn clamp_wishes(
-    model: &impl Predictor,
-    species: &str,
-    wishes: Wishes,
-) -> Result<Wishes, GenerateError> {
-    let number = model.species().iter().position(|name| name == species);
-    let number = number.ok_or_else(|| GenerateError::UnknownSpecies {
-        name: species.to_owned(),
+/// When the request cannot be met with other wishes either.
+pub fn clamp_wishes(model: &impl Predictor, request: &Request) -> Result<Wishes, GenerateError> {
+    let species = number_of(model, &request.species)?;
+    aim::clamp(model.roots(species), model.tip_radius(species), request)
+}
+
+fn number_of(model: &impl Predictor, name: &str) -> Result<usize, GenerateError> {
+    let number = model.species().iter().position(|known| known == name);
+    number.ok_or_else(|| GenerateError::UnknownSpecies {
+        name: name.to_owned(),
         known: model.species().to_vec(),
-    })?;
-    if let Some(Wish { what, value, .. }) = wishes.made().find(|wish| !wish.value.is_finite()) {
-        return Err(GenerateError::NotFinite { what, value });
-    }
-    Ok(wishes.map(|wish| {
-        let seen = model.roots(number).iter().map(|root| (wish.of)(&root.traits));
-        let (low, high) = range(seen);
-        wish.value.clamp(low, high)
-    }))
-}
-
-fn range(seen: impl Iterator<Item = f32>) -> (f32, f32) {
-    seen.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
-}
-
-fn check_range(
-    request: &Request,
-    what: &'static str,
-    value: Option<f32>,
-    seen: impl Iterator<Item = f32>,
-) -> Result<(), GenerateError> {
-    let Some(value) = value else { return Ok(()) };
-    if !value.is_finite() {
-        return Err(GenerateError::NotFinite { what, value });
-    }
-    let (low, high) = range(seen);
-    if (low..=high).contains(&value) {
-        Ok(())
-    } else {
-        let species = request.species.clone();
-        Err(GenerateError::OutOfRange { species, what, value, low, high })
-    }
+    })
 }
 
 /// Grows the tree of a germ: the same model and germ give the same bits.

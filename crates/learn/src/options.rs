@@ -133,7 +133,7 @@ impl TrainOptions {
         let epochs = |epochs| NetworkOptions { epochs: Some(epochs), ..NetworkOptions::default() };
         match kind {
             Kind::Situated => Self {
-                networks: [("rotation1", 12), ("rotation2", 4), ("rotation3", 4), ("split", 4)]
+                networks: [("rotation1", 16), ("rotation2", 4), ("rotation3", 4), ("split", 4)]
                     .map(|(name, count)| (name.to_owned(), epochs(count)))
                     .into(),
                 ..situated

@@ -73,10 +73,11 @@ impl Roll {
         self.sin += libm::sin(f64::from(angle));
     }
 
-    /// In [−π/2, 3π/2), so that 0 and π, where laterals lie, are far from the ends.
+    /// In [−3π/2, π/2), far from whose ends 0 and −π lie, where laterals are: rolls go round as in the
+    /// growth model, so that quaternions have its signs, which networks read.
     fn mean(&self) -> f32 {
         use core::f32::consts::FRAC_PI_2;
-        wrapped(libm::atan2(self.sin, self.cos) as f32 - FRAC_PI_2) + FRAC_PI_2
+        wrapped(libm::atan2(self.sin, self.cos) as f32 + FRAC_PI_2) - FRAC_PI_2
     }
 }
 

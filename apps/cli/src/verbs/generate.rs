@@ -21,13 +21,14 @@ pub(crate) fn run(args: &Args, verb: &args::Generate) -> Result<()> {
     let mut target = Target::new(&verb.out.output, verb.out.format, count, verb.out.lod)?;
     target.model = Some(model.hash());
     let age = verb.which.age.map(whole_age).transpose()?;
-    let wishes = wishes(args, verb, &model)?;
-    let request = |seed| Request {
+    let asked = Request {
         age,
         gravitropism: verb.which.gravitropism,
-        wishes,
-        ..Request::new(&verb.which.species, Seed(seed))
+        wishes: wishes(verb),
+        ..Request::new(&verb.which.species, Seed(verb.which.seed))
     };
+    let asked = if verb.force { within_reach(args, &model, asked)? } else { asked };
+    let request = |seed| Request { seed: Seed(seed), ..asked.clone() };
     // A bad age or gravitropism is told before anything is made.
     germ(&model, &request(verb.which.seed)).map_err(asked_too_much)?;
 
@@ -53,30 +54,33 @@ fn one(model: &Model, request: &Request, limits: Limits, work: &mut Workspace) -
     })
 }
 
-/// What is asked of each tree as a whole; with `--force` within what the model has seen.
-fn wishes(args: &Args, verb: &args::Generate, model: &Model) -> Result<Wishes> {
-    let asked = Wishes {
+/// What is asked of each tree as a whole.
+fn wishes(verb: &args::Generate) -> Wishes {
+    Wishes {
         height: verb.height,
         crown_radius: verb.crown_radius,
         branches: verb.branches,
         trunk_length: verb.trunk,
-    };
-    if !verb.force {
-        return Ok(asked);
     }
-    let granted = clamp_wishes(model, &verb.which.species, asked)?;
-    if granted != asked && !args.quiet {
-        eprintln!("deeptree: asked for {asked:?}, the nearest the model has seen is {granted:?}");
+}
+
+/// The request with its wishes within what the model has seen, and a warning where they were not.
+fn within_reach(args: &Args, model: &Model, asked: Request) -> Result<Request> {
+    let wishes = clamp_wishes(model, &asked).map_err(asked_too_much)?;
+    if wishes != asked.wishes && !args.quiet {
+        let asked = asked.wishes;
+        eprintln!("deeptree: asked for {asked:?}, the nearest the model has seen is {wishes:?}");
     }
-    Ok(granted)
+    Ok(Request { wishes, ..asked })
 }
 
 /// What the model cannot do is a wrong request.
 fn asked_too_much(error: GenerateError) -> anyhow::Error {
     match error {
-        GenerateError::OutOfRange { .. } | GenerateError::NotFinite { .. } => {
-            UsageError(error.to_string()).into()
-        }
+        GenerateError::OutOfRange { .. }
+        | GenerateError::NotFinite { .. }
+        | GenerateError::NotSeen { .. }
+        | GenerateError::NotTogether { .. } => UsageError(error.to_string()).into(),
         error => error.into(),
     }
 }

@@ -260,7 +260,7 @@ pub struct Sibling {
 /// Number of features of [`encode_rotation`] for the child in `slot`.
 #[must_use]
 pub const fn rotation_len(slot: usize) -> usize {
-    BRANCHING_LEN + 1 + 2 + CONTEXT_TIPS + 1 + 1 + 3 * 3 + 3 * 2 + 4 * slot
+    BRANCHING_LEN + 1 + 2 + CONTEXT_TIPS + 1 + 1 + 3 * 3 + 1 + 3 * 2 + 4 * slot
 }
 
 /// What the rotation of a child depends on besides its parent's own features.
@@ -284,8 +284,9 @@ pub struct RotationContext<'a> {
 /// roll, the siblings before it, and how gravity and light lie for a child that is not swung at
 /// all. To follow the node's own features.
 ///
-/// Gravity is told thrice: as the axis about which the child's front turns to the vertical, as that
-/// axis times the angle to the vertical, and as this times v, which is how far a tropism turns it.
+/// Gravity is told four times: whether the child's front is so near to the vertical that gravity
+/// does not turn it, the axis about which it turns to the vertical, that axis times the angle to
+/// the vertical, and this times v, which is how far a tropism turns it.
 ///
 /// # Panics
 ///
@@ -309,6 +310,7 @@ pub fn encode_rotation(
     w.put3(own * outward_from_axis(node.position));
     w.put3(own * outward_from_crown(node.position));
     let (axis, angle) = to_the_vertical(frame);
+    w.put(f32::from(u8::from(axis == Vec2::ZERO)));
     for factor in [1.0, angle, 4.0 * tree.gravitropism * angle] {
         w.put(factor * axis.x);
         w.put(factor * axis.y);
@@ -391,7 +393,8 @@ pub struct Turn {
 pub struct Slot {
     /// Mean swing.
     pub mean: Vec2,
-    /// Centre of the roll, in [−π/2, 3π/2).
+    /// Centre of the roll, in [−3π/2, π/2): rolls go round as in the growth model, so that the
+    /// quaternions have its signs.
     pub roll: f32,
     /// Deviations of the swing.
     pub scale: Vec2,
