@@ -103,8 +103,20 @@ pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
         &header,
         rows,
     );
-    // PICTURES: a row of trees a configuration goes here; their models are kept in
-    // `lab/ablation-…/classifier-a.safetensors` … `regressors-d.safetensors`.
+    let names = |part: &str, names: &[(&str, &[&str])]| -> Vec<String> {
+        let kept = names.iter().filter(|(_, reads)| *reads != ALL);
+        let kept = kept.map(|(name, _)| format!("{part}-{name}"));
+        kept.chain(["all".to_owned()]).collect()
+    };
+    for (part, configurations) in
+        [("classifier", CLASSIFIER.as_slice()), ("regressors", REGRESSORS.as_slice())]
+    {
+        let png = lab.picture(&species, &names(part, configurations))?;
+        chapter.picture(
+            format!("From the left: the teacher, the {part} (a) to (d), and all attributes."),
+            png,
+        );
+    }
     let points = points::add(study, &species, &mut chapter)?;
     save(study, &teacher, &classifier, &regressors, &points)?;
     Ok(chapter)

@@ -93,8 +93,13 @@ pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
         }
     }
     chapter.table("By species, and the trees they grow", &header, rows);
-    // PICTURES: a tree of each species and architecture goes here; the models are kept in
-    // `lab/joint-…/cascade.safetensors` and `joint.safetensors`.
+    let names = PUBLISHED.map(|(name, _)| name.to_owned());
+    for species in &species {
+        chapter.picture(
+            format!("{}, from the left: teacher, cascade, joint.", species.name),
+            lab.picture(species, &names)?,
+        );
+    }
     Ok(chapter)
 }
 

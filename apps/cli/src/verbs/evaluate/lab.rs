@@ -7,6 +7,7 @@ use std::{fs, io};
 
 use anyhow::{Context, Result, ensure};
 use deeptree_dataset::{Corpus, CorpusPlan, Split, build};
+use deeptree_eval::report::picture::{Sheet, Shot, View};
 use deeptree_eval::report::{Cell, Tone};
 use deeptree_eval::two_sample::{Options, two_sample};
 use deeptree_eval::{Metric, Moments, Row, TreeMetrics, tree_features};
@@ -239,6 +240,30 @@ impl<'a> Lab<'a> {
     pub(super) fn keep(&self, name: &str, bytes: &[u8]) -> Result<()> {
         let path = self.folder().join(format!("{name}.safetensors"));
         Ok(write_atomically(&path, |out: &mut io::BufWriter<_>| out.write_all(bytes))?)
+    }
+
+    /// A row of trees of the first seed on one scale: the teacher's, and one of each of the models
+    /// kept under these names.
+    pub(super) fn picture(&self, species: &Species, names: &[String]) -> Result<Vec<u8>> {
+        let seed = Seed(self.study.verb.seed);
+        let parameters = species.parameters(self.study.verb.profile);
+        let mut trees = vec![grow(&species.name, parameters, seed)?.tree];
+        let mut work = self.study.verb.model.workspace()?;
+        for name in names {
+            let path = self.folder().join(format!("{name}.safetensors"));
+            let bytes = fs::read(&path)
+                .with_context(|| format!("cannot read the model {}", path.display()))?;
+            let request = Request::new(&species.name, seed);
+            let model = Model::from_bytes(&bytes)?;
+            trees.push(generate(&model, &request, Limits::default(), &mut work)?.tree);
+        }
+        let shots: Vec<Shot<'_>> = trees.iter().map(|tree| Shot::new(tree, View::FRONT)).collect();
+        let sheet = Sheet {
+            columns: shots.len(),
+            width: self.study.scale(1600, 1000),
+            row: self.study.scale(420, 300),
+        };
+        Ok(sheet.png(&shots)?)
     }
 
     /// The teacher's trees of a species.

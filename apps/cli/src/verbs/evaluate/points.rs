@@ -77,6 +77,10 @@ pub(super) fn add(
         rows.push([vec![Cell::from(*what)], stand.cells(Some(&teacher))].concat());
     }
     chapter.table("Kind situated with one point switched off", &header, rows);
+    chapter.picture(
+        "From the left: the teacher, then the rows of the table.",
+        lab.picture(species, &POINTS.map(|(name, _)| name.to_owned()))?,
+    );
     Ok(stands)
 }
 
