@@ -27,7 +27,7 @@ pub struct TreeRecord {
     /// [`Moments::parts`] of each of [`Metric::ALL`].
     #[serde(with = "packed")]
     moments: Vec<f64>,
-    /// [`tree_features`] to six places: what is smaller is rounding of positions in float32, and no
+    /// [`tree_features`] to five places: what is smaller is rounding of positions in float32, and no
     /// classifier shall tell trees by that.
     #[serde(with = "packed")]
     pub features: Vec<f32>,
@@ -157,7 +157,7 @@ impl TreeSet {
 }
 
 fn rounded(feature: f64) -> f32 {
-    ((feature * 1e6).round() / 1e6) as f32
+    ((feature * 1e5).round() / 1e5) as f32
 }
 
 const fn place(metric: Metric, order: usize) -> usize {

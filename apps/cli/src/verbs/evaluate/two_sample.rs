@@ -282,9 +282,9 @@ fn telltales(all: &[Tested], chapter: &mut Chapter) {
     let tests = all.iter().filter_map(|one| Some((&one.species, one.get(Against::Learner)?)));
     for (species, test) in tests {
         let row = |one: &deeptree_eval::two_sample::Telltale| {
-            // As many places as the smaller spread that is one needs; features have six.
+            // As many places as the smaller spread that is one needs; features have five.
             let spread = [one.sd_a, one.sd_b].into_iter().filter(|sd| *sd > 1e-9);
-            let digits = places(spread.fold(f64::INFINITY, f64::min).min(1e3), 2).min(6);
+            let digits = places(spread.fold(f64::INFINITY, f64::min).min(1e3), 2).min(5);
             let moments = |mean, sd| Cell::from(format!("{mean:.digits$} ± {sd:.digits$}"));
             vec![
                 Cell::from(one.name.as_str()),
