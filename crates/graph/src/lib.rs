@@ -21,6 +21,7 @@
 pub mod codec;
 mod graph;
 mod paths;
+mod reach;
 mod rows;
 mod seed;
 pub mod signature;
@@ -31,6 +32,7 @@ mod traits;
 pub use glam::{Quat, Vec2, Vec3};
 pub use graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, TreeInfo};
 pub use paths::{Path, branches, chains};
+pub use reach::{least_reach, most_tips, reaches};
 pub use rows::{GraphError, Row};
 pub use seed::{Draws, Lineage, Purpose, Seed};
 pub use traits::TreeTraits;

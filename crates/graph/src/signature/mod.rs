@@ -4,9 +4,10 @@
 //!
 //! - [`paper`]: the attributes of Eq. 1, each scaled to about 1;
 //! - [`situated`]: the same place told so that a small network can use it: integer tip counts of
-//!   the pipe model, one-hots of distances that are nearly whole numbers, and all directions in the
+//!   the pipe model, the reach below the node ([`inheritance`]: how its children inherit it), one-hots of distances that are nearly whole numbers, and all directions in the
 //!   node's own frame, so that nothing depends on the yaw of the tree.
 
+pub mod inheritance;
 pub mod paper;
 pub mod situated;
 
@@ -109,7 +110,7 @@ mod tests {
         let mut features = [vec![0.0; situated::len(8)], vec![0.0; situated::len(8)]];
         for id in 1..3 {
             for (yaw, out) in [0.0, 2.1].into_iter().zip(&mut features) {
-                situated::encode(tree(yaw).node(id), &conditions(), 8, out);
+                situated::encode(tree(yaw).node(id), &conditions(), 4, 8, out);
             }
             for (a, b) in features[0].iter().zip(&features[1]) {
                 assert!((a - b).abs() < 1e-5, "{a} {b}");
@@ -127,7 +128,7 @@ mod tests {
     #[test]
     fn encodings_fill_every_feature() {
         let mut out = vec![f32::NAN; situated::len(8)];
-        situated::encode(tree(0.3).node(2), &conditions(), 8, &mut out);
+        situated::encode(tree(0.3).node(2), &conditions(), 4, 8, &mut out);
         assert!(out.iter().all(|x| x.is_finite()));
         let mut out = vec![f32::NAN; paper::len(8)];
         paper::encode(tree(0.3).node(2), &conditions(), 8, &mut out);
