@@ -76,7 +76,8 @@ fn one_species_of_a_corpus_and_some_attributes_of_a_node_can_be_trained_on() {
     assert!(toml.contains("reads = [\"p\", \"ds\", \"mp\"]"), "{toml}");
 
     let out = ["-o", "m.safetensors"];
-    let bad = |more: &[&'static str], part: &str| desk.fails(&train(&[more, &out].concat()), 2, part);
+    let bad =
+        |more: &[&'static str], part: &str| desk.fails(&train(&[more, &out].concat()), 2, part);
     bad(&["--classifier-attributes", "p,dx"], "p, t, dr, ds, qp, lp, o, mp, a, v, s");
     bad(&["--regressor-attributes", ""], "--regressor-attributes");
     bad(&["--species", "wallnut"], "did you mean walnut?");

@@ -7,7 +7,7 @@ use burn::tensor::{Tensor, activation::log_softmax, activation::sigmoid};
 use deeptree_graph::MAX_CHILDREN;
 use deeptree_graph::signature::paper::CHILD_LEN;
 use deeptree_graph::signature::situated::{
-    CLASSES, LOG_SCALE, ROTATION_COMPONENTS, SPLIT_COMPONENTS,
+    CLASSES, LOG_SCALE, ROTATION_COMPONENTS, SPLIT_COMPONENTS, SPLIT_OUTPUTS,
 };
 
 /// What is added to the logit of an impossible class: its probability is 0 in single precision.
@@ -22,6 +22,10 @@ pub(crate) const EXISTENCE_TARGETS: usize = 2 * CLASSES;
 /// Columns of the targets of [`split`]: the bin's lower and upper end and its width, each once a
 /// component.
 pub(crate) const SPLIT_TARGETS: usize = 3 * SPLIT_COMPONENTS;
+
+/// Columns of the targets of [`reach`]: 1 for an heir, −1 for none and 0 where it is not asked; then
+/// the bin of a child that is not the heir, as for [`split`].
+pub(crate) const REACH_TARGETS: usize = 1 + SPLIT_TARGETS;
 
 /// Columns of the targets of [`rotation`]: x and y of the swing, each once a component, and whether
 /// it is aligned.
@@ -56,6 +60,22 @@ pub(crate) fn existence(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
 ///
 /// # Shapes  outputs: `[batch, SPLIT_OUTPUTS]`; targets: `[batch, SPLIT_TARGETS]`
 pub(crate) fn split(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+    log_bin(outputs, targets).mean().neg()
+}
+
+/// Negative log-likelihood of the reach of a child: of being the heir or not, where that is asked,
+/// and of its bin where it is not the heir. An heir's bin is open at both ends, with probability 1.
+///
+/// # Shapes  outputs: `[batch, REACH_OUTPUTS]`; targets: `[batch, REACH_TARGETS]`
+pub(crate) fn reach(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+    let heir = columns(&targets, 0, 1);
+    let odds = log_sigmoid(columns(&outputs, 0, 1) * heir.clone()) * heir.abs();
+    let bin = columns(&targets, 1, SPLIT_TARGETS);
+    (odds + log_bin(columns(&outputs, 1, SPLIT_OUTPUTS), bin)).mean().neg()
+}
+
+/// Log-likelihood of the bin of each row.
+fn log_bin(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<2> {
     const K: usize = SPLIT_COMPONENTS;
     let log_weight = log_softmax(columns(&outputs, 0, K), 1);
     let mean = columns(&outputs, K, K);
@@ -65,7 +85,7 @@ pub(crate) fn split(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
     let high = (columns(&targets, K, K) - mean) * per_scale.clone();
     let width = columns(&targets, 2 * K, K) * per_scale;
     let between = (width.clone() * 0.5).tanh().log() + (-width).exp().log1p();
-    log_sum_exp(log_weight + log_sigmoid(high) + log_sigmoid(-low) + between).mean().neg()
+    log_sum_exp(log_weight + log_sigmoid(high) + log_sigmoid(-low) + between)
 }
 
 /// `log σ(x) = min(x, 0) − log(1 + e^(−|x|))`, in fewer operations than Burn's own.
@@ -150,6 +170,7 @@ pub(crate) fn joint(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
 mod tests {
     use super::*;
     use burn::tensor::{Device, TensorData};
+    use deeptree_graph::signature::inheritance::REACH_OUTPUTS;
     use deeptree_graph::signature::paper::JOINT_LEN;
     use deeptree_graph::signature::situated::{ROTATION_OUTPUTS, SPLIT_OUTPUTS};
     use deeptree_graph::{Lineage, Purpose, Seed};
@@ -209,6 +230,27 @@ mod tests {
                 let loss = f64::from(value(split, &outputs, &bin(low, high)));
                 let plain = -crate::tasks::bin_probability(&outputs, low, high).ln();
                 assert!((loss - plain).abs() < 1e-4 * plain.max(1.0), "{loss} {plain}");
+            }
+        }
+    }
+
+    /// Targets of a reach: whether it is the heir's, where asked, and its bin.
+    fn heir(heir: f32, low: f32, high: f32) -> Vec<f32> {
+        [vec![heir], bin(low, high)].concat()
+    }
+
+    #[test]
+    fn reach_agrees_with_the_plain_product_of_odds_and_bin() {
+        for seed in 0..50 {
+            let outputs = random(REACH_OUTPUTS, seed, 1.5);
+            let p = 1.0 / (1.0 + f64::from(-outputs[0]).exp());
+            for (is_heir, odds) in [(1.0, p), (-1.0, 1.0 - p), (0.0, 1.0)] {
+                for (low, high) in [(-OPEN_END, OPEN_END), (-OPEN_END, -1.0), (-0.2, 0.9)] {
+                    let loss = f64::from(value(reach, &outputs, &heir(is_heir, low, high)));
+                    let bin = crate::tasks::bin_probability(&outputs[1..], low, high);
+                    let plain = -(odds * bin).ln();
+                    assert!((loss - plain).abs() < 1e-4 * plain.max(1.0), "{loss} {plain}");
+                }
             }
         }
     }
@@ -282,9 +324,12 @@ mod tests {
         // The second child is missing.
         let mut family = random(JOINT_LEN, 7, 1.0);
         family[..3].copy_from_slice(&[1.0, 0.0, 1.0]);
-        let cases: [(Loss, usize, Vec<f32>); 7] = [
+        let cases: [(Loss, usize, Vec<f32>); 10] = [
             (split, SPLIT_OUTPUTS, bin(-0.4, 0.1)),
             (split, SPLIT_OUTPUTS, bin(0.7, OPEN_END)),
+            (reach, REACH_OUTPUTS, heir(1.0, -OPEN_END, OPEN_END)),
+            (reach, REACH_OUTPUTS, heir(-1.0, -0.4, 0.1)),
+            (reach, REACH_OUTPUTS, heir(0.0, 0.7, OPEN_END)),
             (apical, ROTATION_OUTPUTS, swing(0.4, -0.7, false)),
             (lateral, ROTATION_OUTPUTS, swing(-1.1, 0.3, false)),
             (lateral, ROTATION_OUTPUTS, swing(0.2, 0.0, true)),
@@ -318,6 +363,10 @@ mod tests {
             let outputs = random(SPLIT_OUTPUTS, 2, scale);
             for (low, high) in [(-OPEN_END, -9.0), (-0.001, 0.001), (9.0, OPEN_END)] {
                 assert!(value(split, &outputs, &bin(low, high)).is_finite());
+            }
+            let outputs = random(REACH_OUTPUTS, 3, scale);
+            for (is_heir, low, high) in [(1.0, -OPEN_END, OPEN_END), (-1.0, -0.001, 0.001)] {
+                assert!(value(reach, &outputs, &heir(is_heir, low, high)).is_finite());
             }
         }
     }

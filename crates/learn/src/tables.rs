@@ -63,7 +63,11 @@ fn scores(mut values: Vec<f32>) -> [f32; SCORES] {
     })
 }
 
-/// Writes the tables that both kinds have: the radii of tips, and the root of each training tree.
+/// Roots of a species that a model keeps: the density that new trees start from is fitted to them.
+const ROOTS: usize = 420;
+
+/// Writes the tables that all kinds have: the radii of tips, and the roots of training trees, evenly
+/// spread over those of each species.
 pub(crate) fn write_common(
     model: &mut WeightsBuilder,
     corpus: &Corpus<'_>,
@@ -73,8 +77,10 @@ pub(crate) fn write_common(
     model.table("tip_radius", Table::new(vec![species.len()], tip_radius.to_vec())?);
     for (number, name) in species.iter().enumerate() {
         let trees = corpus.trees.iter().zip(&corpus.conditions);
-        let trees = trees.filter(|(_, conditions)| conditions.species == number);
-        let roots: Vec<f32> = trees
+        let trees: Vec<_> = trees.filter(|(_, conditions)| conditions.species == number).collect();
+        let kept = trees.len().min(ROOTS);
+        let roots: Vec<f32> = (0..kept)
+            .map(|i| trees[i * trees.len() / kept])
             .flat_map(|(tree, conditions)| {
                 let (root, [x, y, z, w]) = (tree.root(), tree.root().rotation.to_array());
                 let shared = [conditions.age, conditions.gravitropism];

@@ -4,9 +4,10 @@
 //!
 //! - [`paper`]: the attributes of Eq. 1, each scaled to about 1;
 //! - [`situated`]: the same place told so that a small network can use it: integer tip counts of
-//!   the pipe model, one-hots of distances that are nearly whole numbers, and all directions in the
+//!   the pipe model, the reach below the node ([`inheritance`]: how its children inherit it), one-hots of distances that are nearly whole numbers, and all directions in the
 //!   node's own frame, so that nothing depends on the yaw of the tree.
 
+pub mod inheritance;
 pub mod paper;
 pub mod situated;
 
@@ -109,7 +110,7 @@ mod tests {
         let mut features = [vec![0.0; situated::len(8)], vec![0.0; situated::len(8)]];
         for id in 1..3 {
             for (yaw, out) in [0.0, 2.1].into_iter().zip(&mut features) {
-                situated::encode(tree(yaw).node(id), &conditions(), 8, out);
+                situated::encode(tree(yaw).node(id), &conditions(), 4, 8, out);
             }
             for (a, b) in features[0].iter().zip(&features[1]) {
                 assert!((a - b).abs() < 1e-5, "{a} {b}");
@@ -121,21 +122,22 @@ mod tests {
     fn situated_attributes_stand_where_they_are_said_to() {
         use situated::{ATTRIBUTES, attribute};
         let (node, tree) = (tree(0.3).node(2).clone(), conditions());
-        let features = |node: &crate::Node, tree: &TreeConditions| {
-            let mut out = vec![0.0; situated::len(8)];
-            situated::encode(node, tree, 8, &mut out);
+        let features = |node: &crate::Node, tree: &TreeConditions, reach: u16| {
+            let mut out: Vec<f32> = vec![0.0; situated::len(8)];
+            situated::encode(node, tree, reach, 8, &mut out);
             out
         };
-        let before = features(&node, &tree);
+        let before = features(&node, &tree, 4);
         let mut end = 0;
         for name in ATTRIBUTES {
-            let (mut node, mut tree) = (node.clone(), tree);
+            let (mut node, mut tree, mut reach) = (node.clone(), tree, 4);
             match name {
                 "s" => tree.species = 3,
                 "a" => tree.age += 1.0,
                 "v" => tree.gravitropism += 0.1,
                 "traits" => tree.traits.nodes += 9.0,
                 "n" => node.thickness *= 3.0,
+                "reach" => reach += 1,
                 "ds" => node.branch_distance += 4.0,
                 "df" => node.fork_distance += 4.0,
                 "dr" => node.root_distance += 4.0,
@@ -153,7 +155,7 @@ mod tests {
             if name != "place" {
                 assert_eq!(range.start, end, "{name}");
                 end = range.end;
-                let after = features(&node, &tree);
+                let after = features(&node, &tree, reach);
                 let changed: Vec<usize> = (0..after.len())
                     .filter(|&i| after[i].to_bits() != before[i].to_bits())
                     .collect();
@@ -182,7 +184,7 @@ mod tests {
     #[test]
     fn encodings_fill_every_feature() {
         let mut out = vec![f32::NAN; situated::len(8)];
-        situated::encode(tree(0.3).node(2), &conditions(), 8, &mut out);
+        situated::encode(tree(0.3).node(2), &conditions(), 4, 8, &mut out);
         assert!(out.iter().all(|x| x.is_finite()));
         let mut out = vec![f32::NAN; paper::len(8)];
         paper::encode(tree(0.3).node(2), &conditions(), 8, &mut out);

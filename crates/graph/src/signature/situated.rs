@@ -4,17 +4,22 @@
 //!
 //! 1. *existence*: which [`Branching`] the node has, from [`encode`];
 //! 2. *split*: how its tips are shared among its children, one [`encode_split`] a decision;
-//! 3. *roll* of the apical child, from a table; then the *swing* of each child, slot by slot, from
+//! 3. *reach*: how long the longest path below each child is, one
+//!    [`Question`](super::inheritance::Question) a child;
+//! 4. *roll* of the apical child, from a table; then the *swing* of each child, slot by slot, from
 //!    [`encode_rotation`].
 
 use glam::{Quat, Vec2, Vec3};
 
 use super::{TreeConditions, Writer, tip_count};
 use crate::graph::{MAX_CHILDREN, Node};
+use crate::reach::most_tips;
 use crate::traits::TreeTraits;
 
 /// Tip counts up to this have a one-hot of their own.
 const SMALL_TIPS: usize = 16;
+/// Reaches up to this have a one-hot of their own; farther ones share the last.
+const SMALL_REACH: usize = 15;
 /// One-hot steps of d_s, of the distance to the last fork, and of d_r, in metres.
 const BRANCH_STEPS: usize = 14;
 const FORK_STEPS: usize = 10;
@@ -30,6 +35,7 @@ pub const fn len(species: usize) -> usize {
         + 1
         + TreeTraits::COUNT
         + (2 + SMALL_TIPS + 1)
+        + (1 + SMALL_REACH + 2)
         + (1 + BRANCH_STEPS)
         + (1 + FORK_STEPS)
         + (1 + ROOT_STEPS)
@@ -44,11 +50,13 @@ pub const fn len(species: usize) -> usize {
 }
 
 /// What [`encode`] writes, in its order, by the paper's symbols without subscripts where it has
-/// them; `traits` with the tips of the whole tree, `n` the node's tips, `df` the distance to the
+/// them; `traits` with the tips of the whole tree, `n` the node's tips, `reach` the
+/// longest path below, `df` the distance to the
 /// last fork, `place` height and distance from the axis, `frame` what is told in the node's own
 /// frame.
-pub const ATTRIBUTES: [&str; 15] = [
-    "s", "a", "v", "traits", "n", "ds", "df", "dr", "o", "mp", "slot", "qp", "lp", "place", "frame",
+pub const ATTRIBUTES: [&str; 16] = [
+    "s", "a", "v", "traits", "n", "reach", "ds", "df", "dr", "o", "mp", "slot", "qp", "lp",
+    "place", "frame",
 ];
 
 /// Where the attribute of this name stands in [`encode`]; none for a name not in [`ATTRIBUTES`].
@@ -61,6 +69,7 @@ pub fn attribute(name: &str, species: usize) -> Option<std::ops::Range<usize>> {
         1,
         1 + TreeTraits::COUNT,
         2 + SMALL_TIPS + 1,
+        1 + SMALL_REACH + 2,
         distances[0],
         distances[1],
         distances[2],
@@ -77,12 +86,13 @@ pub fn attribute(name: &str, species: usize) -> Option<std::ops::Range<usize>> {
     Some(start..start + widths[index])
 }
 
-/// Encodes one node.
+/// Encodes one node whose longest path below is `reach` nodes long.
 ///
-/// In order: s, a, v; the tips and traits of the whole tree; ln N, 1/√N and a one-hot of small N; d_s, the distance to the last fork
-/// and d_r, each as a number and a one-hot of whole metres; o, m_p and the slot as one-hots;
-/// q_p and l_p; height and distance from the axis; gravity (as the height of front, up and right), the
-/// position and the outward direction, each in the node's own frame.
+/// In order: s, a, v; the tips and traits of the whole tree; ln N, 1/√N and a one-hot of small N;
+/// the reach and a one-hot of it; d_s, the distance to the last fork and d_r, each as a number and a
+/// one-hot of whole metres; o, m_p and the slot as one-hots; q_p and l_p; height and distance from
+/// the axis; gravity (as the height of front, up and right), the position and the outward direction,
+/// each in the node's own frame.
 ///
 /// # Panics
 ///
@@ -90,8 +100,9 @@ pub fn attribute(name: &str, species: usize) -> Option<std::ops::Range<usize>> {
 ///
 /// # Source
 ///
-/// Eq. 1, with what q_p hides: the global frame, and the distance to the last fork.
-pub fn encode(node: &Node, tree: &TreeConditions, species: usize, out: &mut [f32]) {
+/// Eq. 1, with what q_p hides: the global frame, and the distance to the last fork; and with the
+/// plan that growth follows: traits, tips and reach.
+pub fn encode(node: &Node, tree: &TreeConditions, reach: u16, species: usize, out: &mut [f32]) {
     let mut w = Writer { out, at: 0 };
     w.one_hot(tree.species, species);
     w.put(tree.age / 50.0);
@@ -102,6 +113,9 @@ pub fn encode(node: &Node, tree: &TreeConditions, species: usize, out: &mut [f32
     w.put(libm::logf(tips as f32) / 8.0);
     w.put(1.0 / libm::sqrtf(tips as f32));
     w.one_hot(tips as usize - 1, SMALL_TIPS + 1);
+
+    w.put(f32::from(reach) / 32.0);
+    w.one_hot(usize::from(reach), SMALL_REACH + 2);
 
     for (distance, scale, steps) in [
         (node.branch_distance, 16.0, BRANCH_STEPS),
@@ -213,26 +227,42 @@ impl Branching {
             children + dropped <= MAX_CHILDREN as u32 && tips >= children + dropped
         }
     }
+
+    /// Can a node of `tips` tips and this reach branch so? A node of reach 0 has no children, any
+    /// other one has, and children of one less can bear what is not dropped.
+    ///
+    /// Some branching fits wherever the node can bear its tips at all,
+    /// `tips ≤ most_tips(reach)`.
+    #[must_use]
+    pub const fn fits(self, tips: u32, reach: u16) -> bool {
+        let (children, dropped) = (self.children(), self.dropped as u32);
+        let borne = match reach {
+            0 => return children == 0 && self.is_possible(tips),
+            _ => children.saturating_mul(most_tips(reach - 1)),
+        };
+        children > 0 && self.is_possible(tips) && tips - dropped <= borne
+    }
 }
 
 /// Tip counts up to this have a one-hot of their own in the contexts below.
 const CONTEXT_TIPS: usize = 8;
 
-const BRANCHING_LEN: usize = 8 + 4;
+pub(super) const BRANCHING_LEN: usize = 8 + 4;
+pub(super) const TIPS_LEN: usize = 2 + CONTEXT_TIPS + 1;
 
-fn put_branching(w: &mut Writer<'_>, branching: Branching) {
+pub(super) fn put_branching(w: &mut Writer<'_>, branching: Branching) {
     w.one_hot(usize::from(branching.subset), 8);
     w.one_hot(usize::from(branching.dropped), 4);
 }
 
-fn put_tips(w: &mut Writer<'_>, tips: u32) {
+pub(super) fn put_tips(w: &mut Writer<'_>, tips: u32) {
     w.put(libm::logf(tips as f32) / 8.0);
     w.put(1.0 / libm::sqrtf(tips as f32));
     w.one_hot(tips as usize - 1, CONTEXT_TIPS + 1);
 }
 
 /// Number of features of [`encode_split`].
-pub const SPLIT_LEN: usize = BRANCHING_LEN + 3 + 2 + CONTEXT_TIPS + 1;
+pub const SPLIT_LEN: usize = BRANCHING_LEN + MAX_CHILDREN + TIPS_LEN;
 
 /// Encodes the question "of `tips` tips, how many does the child in `slot` bear?", to follow the
 /// node's own features.
@@ -260,7 +290,7 @@ pub struct Sibling {
 /// Number of features of [`encode_rotation`] for the child in `slot`.
 #[must_use]
 pub const fn rotation_len(slot: usize) -> usize {
-    BRANCHING_LEN + 1 + 2 + CONTEXT_TIPS + 1 + 1 + 3 * 3 + 1 + 3 * 2 + 4 * slot
+    BRANCHING_LEN + 1 + TIPS_LEN + 2 + 1 + 3 * 3 + 1 + 3 * 2 + 4 * slot
 }
 
 /// What the rotation of a child depends on besides its parent's own features.
@@ -272,6 +302,10 @@ pub struct RotationContext<'a> {
     pub parent_tips: u32,
     /// Tips the child bears.
     pub tips: u32,
+    /// Reach of the parent.
+    pub parent_reach: u16,
+    /// Reach of the child.
+    pub reach: u16,
     /// How rotations in the child's slot lie.
     pub slot: Slot,
     /// The child's roll, in deviations of its slot.
@@ -281,7 +315,7 @@ pub struct RotationContext<'a> {
 }
 
 /// Encodes what the swing of a child depends on besides its parent: the branching, its tips, its
-/// roll, the siblings before it, and how gravity and light lie for a child that is not swung at
+/// reach and whether it is as long as a child's can be, its roll, the siblings before it, and how gravity and light lie for a child that is not swung at
 /// all. To follow the node's own features.
 ///
 /// Gravity is told four times: whether the child's front is so near to the vertical that gravity
@@ -297,11 +331,14 @@ pub fn encode_rotation(
     context: &RotationContext<'_>,
     out: &mut [f32],
 ) {
-    let RotationContext { branching, parent_tips, tips, slot, roll, earlier } = *context;
+    let RotationContext { branching, parent_tips, tips, parent_reach, reach, slot, roll, earlier } =
+        *context;
     let mut w = Writer { out, at: 0 };
     put_branching(&mut w, branching);
     w.put(tips as f32 / parent_tips as f32);
     put_tips(&mut w, tips);
+    w.put(f32::from(reach) / 16.0);
+    w.put(f32::from(u8::from(reach + 1 >= parent_reach)));
     w.put(roll);
     let frame = node.orientation * slot.unswung(roll);
     let own = frame.inverse();

@@ -42,7 +42,7 @@ impl Joint {
             for (slot, signature) in signatures.chunks_exact(CHILD_LEN).enumerate() {
                 if exists[slot] {
                     let child = child_signature(signature).ok_or(Overflow { row })?;
-                    branchlets[row][slot] = Some(child);
+                    branchlets[row].children[slot] = Some(child);
                 }
             }
         }

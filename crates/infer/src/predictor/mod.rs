@@ -29,10 +29,18 @@ pub struct Active<'a> {
     pub seed: Seed,
     /// What all nodes of its tree share.
     pub tree: TreeConditions,
+    /// Nodes on the longest path below it, as its parent has left it; kind `situated` only.
+    pub reach: u16,
 }
 
-/// The children of a node by slot.
-pub type Branchlet = [Option<ChildSignature>; MAX_CHILDREN];
+/// The children of a node, by slot.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Branchlet {
+    /// Their signatures.
+    pub children: [Option<ChildSignature>; MAX_CHILDREN],
+    /// Nodes on the longest path below each; kind `situated` only, otherwise 0.
+    pub reaches: [u16; MAX_CHILDREN],
+}
 
 /// Memory that a prediction works in, and the instruction set it runs on; one for each thread.
 #[derive(Clone, Debug)]
@@ -104,8 +112,8 @@ pub trait Predictor: Sync {
 
     /// Draws the branchlet of each node of the frontier into `branchlets`, in its order.
     ///
-    /// The branchlet of a node depends on that node, its lineage, its tree's seed and conditions
-    /// only: neither on the rest of the frontier nor on the path.
+    /// The branchlet of a node depends on that node, its lineage, its reach, its tree's seed and
+    /// conditions only: neither on the rest of the frontier nor on the path.
     ///
     /// # Errors
     ///
@@ -215,7 +223,7 @@ impl Predictor for Model {
         branchlets: &mut Vec<Branchlet>,
     ) -> Result<(), Overflow> {
         branchlets.clear();
-        branchlets.resize(frontier.len(), [None; MAX_CHILDREN]);
+        branchlets.resize(frontier.len(), Branchlet::default());
         match &self.networks {
             Networks::Situated(networks) => {
                 networks.branchlets(self.species.len(), frontier, work, branchlets)

@@ -58,14 +58,15 @@ impl Paper {
                 &having,
                 |&i| i,
                 |&i, out| {
-                    for (child, out) in branchlets[i].iter().zip(out.chunks_exact_mut(CHILD_LEN)) {
+                    let earlier = branchlets[i].children.iter();
+                    for (child, out) in earlier.zip(out.chunks_exact_mut(CHILD_LEN)) {
                         paper::encode_child(child.as_ref(), out);
                     }
                 },
             );
             for (&i, outputs) in having.iter().zip(outputs.chunks_exact(CHILD_LEN)) {
                 let child = child_signature(outputs).ok_or(Overflow { row: i })?;
-                branchlets[i][slot] = Some(child);
+                branchlets[i].children[slot] = Some(child);
             }
         }
         Ok(())

@@ -2,6 +2,7 @@
 
 use deeptree_graph::Draws;
 use deeptree_graph::Vec2;
+use deeptree_graph::signature::inheritance::share_bounds;
 use deeptree_graph::signature::situated::{LOG_SCALE, MOST_SCORE, ROTATION_COMPONENTS};
 
 /// Draws an index with probability softmax(logits), among those for which `possible` holds.
@@ -39,22 +40,60 @@ pub(super) fn categorical(
     Some(last)
 }
 
-/// Draws how many of `tips` the first of `children` children bears: 1 to `tips − children + 1`.
+/// Draws how many of `tips` tips the first of `children` children of a node of this reach bears.
 ///
-/// `outputs` is a mixture of logistic laws over the logit of the share; bin `k − 1` of the `B`
-/// possible counts is the share in `(k − 1, k) / B`.
-pub(super) fn split(outputs: &[f32], tips: u32, children: u32, draws: &mut Draws) -> Option<u32> {
-    let bins = tips + 1 - children;
-    if bins <= 1 {
-        return Some(1);
+/// `outputs` is a mixture of logistic laws over the logit of the share; bin `k − 1` of the `B =
+/// tips − children + 1` counts is the share in `(k − 1, k) / B`. What lies beyond what the reach
+/// allows counts for the outermost that it does.
+pub(super) fn split(
+    outputs: &[f32],
+    tips: u32,
+    children: u32,
+    reach: u16,
+    draws: &mut Draws,
+) -> Option<u32> {
+    let (least, most) = share_bounds(tips, children, reach);
+    if least >= most {
+        return Some(least);
     }
+    let share = share(outputs, draws)?;
+    Some((1 + (share * f64::from(tips + 1 - children)) as u32).clamp(least, most))
+}
+
+/// Draws the reach of a child, given the outputs of its head and what is asked.
+pub(super) fn reach(
+    outputs: &[f32],
+    heir: u16,
+    (asks_heir, bins, least): (bool, u16, u16),
+    draws: &mut Draws,
+) -> Option<u16> {
+    let (logit, mixture) = outputs.split_first()?;
+    if asks_heir {
+        let p = 1.0 / (1.0 + libm::expf(-logit));
+        if p.is_nan() {
+            return None;
+        }
+        if (draws.uniform() as f32) < p {
+            return Some(heir);
+        }
+    }
+    let last = bins.checked_sub(1)?;
+    if least >= last {
+        return Some(last);
+    }
+    let share = share(mixture, draws)?;
+    Some(((share * f64::from(bins)) as u16).clamp(least, last))
+}
+
+/// Draws a share from a mixture of logistic laws over its logit: weights' logits, means and log
+/// scales.
+fn share(outputs: &[f32], draws: &mut Draws) -> Option<f64> {
     let components = outputs.len() / 3;
     let i = categorical(&outputs[..components], |_| true, draws)?;
     let scale = scale(outputs[2 * components + i]);
     let u = draws.open_uniform();
     let z = f64::from(outputs[components + i]) + f64::from(scale) * libm::log(u / (1.0 - u));
-    let share = 1.0 / (1.0 + libm::exp(-z));
-    z.is_finite().then(|| 1 + ((share * f64::from(bins)) as u32).min(bins - 1))
+    z.is_finite().then(|| 1.0 / (1.0 + libm::exp(-z)))
 }
 
 /// Draws the swing of the child in `slot` from the outputs of its head, in deviations of its slot.
@@ -120,7 +159,7 @@ mod tests {
     fn overflowed_heads_draw_nothing() {
         for bad in [f32::NAN, f32::INFINITY] {
             assert_eq!(categorical(&[0.0, bad], |_| true, &mut draws(1)), None);
-            assert_eq!(split(&[0.0, bad, 0.0], 9, 2, &mut draws(1)), None);
+            assert_eq!(split(&[0.0, bad, 0.0], 9, 2, 5, &mut draws(1)), None);
             let mut outputs = [0.0; ROTATION_OUTPUTS];
             outputs[..ROTATION_OUTPUTS].fill(bad);
             assert_eq!(swing(&outputs, 1, &mut draws(1)), None);
@@ -133,7 +172,7 @@ mod tests {
         for tips in 2..40 {
             for i in 0..200 {
                 let outputs = [0.0, 0.0, 0.0, -9.0, 0.0, 9.0, 1.0, 2.0, -4.0];
-                let k = split(&outputs, tips, 2, &mut draws(i)).unwrap();
+                let k = split(&outputs, tips, 2, 9, &mut draws(i)).unwrap();
                 assert!((1..tips).contains(&k));
             }
         }
@@ -144,10 +183,45 @@ mod tests {
         // The logit of a uniform share has the standard logistic law.
         let mut counts = [0.0f64; 5];
         for i in 0..50_000 {
-            counts[split(&[0.0, 0.0, 0.0], 6, 2, &mut draws(i)).unwrap() as usize - 1] += 1.0;
+            counts[split(&[0.0, 0.0, 0.0], 6, 2, 9, &mut draws(i)).unwrap() as usize - 1] += 1.0;
         }
         let se = (0.2f64 * 0.8 / 50_000.0).sqrt();
         assert!(counts.iter().all(|c| (c / 50_000.0 - 0.2).abs() < 5.0 * se), "{counts:?}");
+    }
+
+    #[test]
+    fn a_split_gives_no_child_more_tips_than_its_reach_allows() {
+        // Children of reach 0 bear three tips at most: of five tips, the first two or three. By a
+        // uniform law over the four counts, half of the mass lies on either side.
+        let mut threes = 0.0;
+        for i in 0..20_000 {
+            let first = split(&[0.0, 0.0, 0.0], 5, 2, 1, &mut draws(i)).unwrap();
+            assert!((2..=3).contains(&first));
+            threes += f64::from(first - 2);
+        }
+        assert!((threes / 20_000.0 - 0.5).abs() < 5.0 * (0.25f64 / 20_000.0).sqrt(), "{threes}");
+        assert_eq!(split(&[0.0, 0.0, 0.0], 9, 3, 1, &mut draws(1)), Some(3));
+    }
+
+    #[test]
+    fn reaches_have_the_odds_of_their_head() {
+        // Odds of 1 to 3 for the heir; the others uniform over five bins, of which the lowest two
+        // count for the second.
+        let outputs = [-(3.0f32.ln()), 0.0, 0.0, 0.0];
+        let mut counts = [0.0f64; 7];
+        for i in 0..40_000 {
+            let own = reach(&outputs, 6, (true, 5, 1), &mut draws(i)).unwrap();
+            counts[usize::from(own)] += 1.0;
+        }
+        for (count, p) in counts.into_iter().zip([0.0, 0.3, 0.15, 0.15, 0.15, 0.0, 0.25]) {
+            let se = (p * (1.0 - p) / 40_000.0f64).sqrt();
+            assert!((count / 40_000.0 - p).abs() <= 5.0 * se, "{counts:?}");
+        }
+        // After the heir: no odds, and as far as it too.
+        let far = [60.0, 0.0, 90.0, 0.0];
+        assert_eq!(reach(&far, 6, (false, 7, 0), &mut draws(1)), Some(6));
+        assert_eq!(reach(&[f32::NAN, 0.0, 0.0, 0.0], 6, (true, 5, 0), &mut draws(1)), None);
+        assert_eq!(reach(&[0.0, 0.0, f32::NAN, 0.0], 6, (false, 7, 0), &mut draws(1)), None);
     }
 
     /// All weight on one law; K is the aligned one.

@@ -1,18 +1,25 @@
 //! Kind `situated`: every factor of the chain rule is a law that is drawn from.
 //!
-//! `p(children | n) = p(x, r | n) · p(N₁, N₂, N₃ | n, x, r) · Π p(q_i | n, x, r, N, q_<i) · p(l_i | o)`
+//! `p(children | n) = p(x, r | n) · p(N₁, N₂, N₃ | n, x, r) · p(R₁, R₂, R₃ | n, x, r, N)
+//!   · Π p(q_i | n, x, r, N, R_i, q_<i) · p(l_i | o)`
 //!
 //! with `p(q) = p(roll) · p(swing | roll, …)`.
 //!
-//! Source: DeepTree §4.2, Eq. 2 to 5. Deviation: laws instead of point estimates, and thickness by
-//! the pipe model with integer tip counts.
+//! R is the reach: nodes on the longest path below, which children inherit so that growth ends as
+//! far out as the root was told.
+//!
+//! Source: DeepTree §4.2, Eq. 2 to 5. Deviation: laws instead of point estimates, thickness by the
+//! pipe model with integer tip counts, and the reach.
 
+use deeptree_graph::signature::inheritance::{
+    self, Inheritance, Question, REACH_LEN, REACH_OUTPUTS,
+};
 use deeptree_graph::signature::situated::{
     self, Branching, CLASSES, LENGTH_ORDERS, ROTATION_OUTPUTS, RotationContext, SPLIT_LEN,
     SPLIT_OUTPUTS, Sibling, Slot, Turn,
 };
 use deeptree_graph::signature::{thickness_of, tip_count};
-use deeptree_graph::{ChildSignature, MAX_CHILDREN, Purpose, Vec2, Vec3};
+use deeptree_graph::{ChildSignature, MAX_CHILDREN, Purpose, Vec2, Vec3, least_reach};
 
 use super::{Active, Branchlet, Overflow, Workspace, network, roots, sampling};
 use crate::mlp::Mlp;
@@ -22,6 +29,7 @@ use crate::weights::{ReadWeightsError, Table, Weights};
 pub(super) struct Situated {
     existence: Mlp,
     split: Mlp,
+    reach: Mlp,
     /// One a slot.
     rotations: [Mlp; MAX_CHILDREN],
     /// How rotations lie, by species and slot.
@@ -36,14 +44,40 @@ pub(super) struct Situated {
 /// ends there. The teacher has no node below the ground, and the learner seldom proposes one.
 const ATTEMPTS: u64 = 8;
 
+/// What growth must keep to at a node.
+#[derive(Clone, Copy)]
+struct Plan {
+    tips: u32,
+    reach: u16,
+}
+
+impl Plan {
+    /// The plan of a node, which reaches as far as its tips need at least: only a root can have a
+    /// plan that cannot be kept otherwise.
+    fn of(active: &Active<'_>) -> Self {
+        let tips = tip_count(active.node.thickness, active.tree.tip_radius);
+        Self { tips, reach: active.reach.max(least_reach(tips)) }
+    }
+}
+
 /// A node of the frontier on its way to a branchlet.
 #[derive(Clone, Copy)]
 struct Draft {
     row: usize,
     tips: u32,
+    reach: u16,
     branching: Branching,
     child_tips: [u32; MAX_CHILDREN],
+    child_reaches: [u16; MAX_CHILDREN],
     siblings: [Option<Sibling>; MAX_CHILDREN],
+}
+
+impl Draft {
+    /// What is known of the reach of the child in `slot`.
+    fn inheritance(&self, slot: usize) -> Inheritance {
+        let Self { reach, branching, child_tips, child_reaches, .. } = *self;
+        Inheritance { branching, child_tips, reach, slot, earlier: child_reaches }
+    }
 }
 
 /// "Of `tips` tips, how many does the child in `slot` bear, with `children` left to serve?"
@@ -97,6 +131,7 @@ impl Situated {
         Ok(Self {
             existence: network(weights, "existence", features, CLASSES)?,
             split: network(weights, "split", features + SPLIT_LEN, SPLIT_OUTPUTS)?,
+            reach: network(weights, "reach", features + REACH_LEN, REACH_OUTPUTS)?,
             rotations: [rotation(0)?, rotation(1)?, rotation(2)?],
             slots,
             rolls,
@@ -106,7 +141,8 @@ impl Situated {
 
     pub(super) fn weight_count(&self) -> usize {
         let rotations: usize = self.rotations.iter().map(Mlp::weight_count).sum();
-        self.existence.weight_count() + self.split.weight_count() + rotations
+        let others = [&self.existence, &self.split, &self.reach].map(Mlp::weight_count);
+        others.iter().sum::<usize>() + rotations
     }
 
     pub(super) fn branchlets(
@@ -118,11 +154,16 @@ impl Situated {
     ) -> Result<(), Overflow> {
         let features = situated::len(species);
         work.nodes.resize(frontier.len() * features, 0.0);
-        for (active, row) in frontier.iter().zip(work.nodes.chunks_exact_mut(features)) {
-            situated::encode(active.node, &active.tree, species, row);
+        let plans: Vec<Plan> = frontier.iter().map(Plan::of).collect();
+        let rows = frontier.iter().zip(&plans).zip(work.nodes.chunks_exact_mut(features));
+        for ((active, plan), row) in rows {
+            situated::encode(active.node, &active.tree, plan.reach, species, row);
         }
-        let mut drafts = self.draw_branchings(frontier, work)?;
+        let mut drafts = self.draw_branchings(frontier, &plans, work)?;
         self.draw_splits(features, frontier, work, &mut drafts)?;
+        for slot in 0..MAX_CHILDREN {
+            self.draw_reaches(slot, features, frontier, work, &mut drafts)?;
+        }
         for slot in 0..MAX_CHILDREN {
             self.draw_children(slot, features, frontier, work, &mut drafts, branchlets)?;
         }
@@ -133,21 +174,30 @@ impl Situated {
     fn draw_branchings(
         &self,
         frontier: &[Active<'_>],
+        plans: &[Plan],
         work: &mut Workspace,
     ) -> Result<Vec<Draft>, Overflow> {
         let logits = self.existence.forward(work.path, &work.nodes, &mut work.scratch);
         let mut drafts = Vec::with_capacity(frontier.len());
         for (row, (active, logits)) in frontier.iter().zip(logits.chunks_exact(CLASSES)).enumerate()
         {
-            let tips = tip_count(active.node.thickness, active.tree.tip_radius);
+            let Plan { tips, reach } = plans[row];
             let mut draws = active.seed.draws(active.lineage, Purpose::Existence);
-            let possible = |class| Branching::from_class(class).is_possible(tips);
+            let possible = |class| Branching::from_class(class).fits(tips, reach);
             let class =
                 sampling::categorical(logits, possible, &mut draws).ok_or(Overflow { row })?;
             let branching = Branching::from_class(class);
             if branching.children() > 0 {
                 let child_tips = [tips - u32::from(branching.dropped); MAX_CHILDREN];
-                drafts.push(Draft { row, tips, branching, child_tips, siblings: [None; 3] });
+                drafts.push(Draft {
+                    row,
+                    tips,
+                    reach,
+                    branching,
+                    child_tips,
+                    child_reaches: [0; MAX_CHILDREN],
+                    siblings: [None; MAX_CHILDREN],
+                });
             }
         }
         Ok(drafts)
@@ -187,7 +237,7 @@ impl Situated {
                 let active = &frontier[draft.row];
                 let mut draws =
                     active.seed.draws(active.lineage, Purpose::TipSplit).at(q.slot as u64);
-                let taken = sampling::split(outputs, q.tips, q.children, &mut draws)
+                let taken = sampling::split(outputs, q.tips, q.children, draft.reach, &mut draws)
                     .ok_or(Overflow { row: draft.row })?;
                 draft.child_tips[q.slot] = taken;
                 let slot = next_slot(draft.branching, q.slot + 1);
@@ -198,6 +248,45 @@ impl Situated {
                 }
             }
             questions = more;
+        }
+        Ok(())
+    }
+
+    /// How far the children in `slot` reach.
+    fn draw_reaches(
+        &self,
+        slot: usize,
+        features: usize,
+        frontier: &[Active<'_>],
+        work: &mut Workspace,
+        drafts: &mut [Draft],
+    ) -> Result<(), Overflow> {
+        let mut open = Vec::new();
+        for (i, draft) in drafts.iter_mut().enumerate() {
+            if !draft.branching.has(slot) {
+                continue;
+            }
+            let known = draft.inheritance(slot);
+            match known.question() {
+                Question::Settled(reach) => draft.child_reaches[slot] = reach,
+                Question::Open { asks_heir, bins, least } => {
+                    open.push((i, known, (asks_heir, bins, least)));
+                }
+            }
+        }
+        let outputs = work.run(
+            &self.reach,
+            features,
+            &open,
+            |(i, ..)| drafts[*i].row,
+            |(_, known, _), out| inheritance::encode(known, out),
+        );
+        for ((i, _, question), outputs) in open.iter().zip(outputs.chunks_exact(REACH_OUTPUTS)) {
+            let draft = &mut drafts[*i];
+            let active = &frontier[draft.row];
+            let mut draws = active.seed.draws(active.lineage, Purpose::ChildReach).at(slot as u64);
+            let reach = sampling::reach(outputs, draft.reach - 1, *question, &mut draws);
+            draft.child_reaches[slot] = reach.ok_or(Overflow { row: draft.row })?;
         }
         Ok(())
     }
@@ -222,15 +311,17 @@ impl Situated {
             &having,
             |&(i, _)| drafts[i].row,
             |&(i, roll), out| {
-                let Draft { row, branching, tips, child_tips, siblings } = &drafts[i];
-                let Active { node, tree, .. } = &frontier[*row];
+                let draft = &drafts[i];
+                let Active { node, tree, .. } = &frontier[draft.row];
                 let context = RotationContext {
-                    branching: *branching,
-                    parent_tips: *tips,
-                    tips: child_tips[slot],
+                    branching: draft.branching,
+                    parent_tips: draft.tips,
+                    tips: draft.child_tips[slot],
+                    parent_reach: draft.reach,
+                    reach: draft.child_reaches[slot],
                     slot: self.slots[tree.species][slot],
                     roll,
-                    earlier: &siblings[..slot],
+                    earlier: &draft.siblings[..slot],
                 };
                 situated::encode_rotation(node, tree, &context, out);
             },
@@ -243,7 +334,8 @@ impl Situated {
                 .place_child(slot, active, tips, roll, outputs)
                 .ok_or(Overflow { row: draft.row })?;
             draft.siblings[slot] = Some(Sibling { tips, turn });
-            branchlets[draft.row][slot] = child;
+            branchlets[draft.row].children[slot] = child;
+            branchlets[draft.row].reaches[slot] = draft.child_reaches[slot];
         }
         Ok(())
     }
@@ -269,7 +361,7 @@ impl Situated {
         roll: f32,
         outputs: &[f32],
     ) -> Option<(Turn, Option<ChildSignature>)> {
-        let Active { node, lineage, seed, tree } = active;
+        let Active { node, lineage, seed, tree, .. } = active;
         let lineage = lineage.child(slot as u8);
         let order = (usize::from(node.order) + usize::from(slot > 0)).min(LENGTH_ORDERS - 1);
         let lengths = self.lengths.row(tree.species);

@@ -4,6 +4,7 @@
 mod classifier;
 mod existence;
 mod joint;
+mod reach;
 mod regressor;
 mod rotation;
 mod split;
@@ -28,6 +29,7 @@ use crate::{Kind, TrainOptions};
 pub(crate) enum Network {
     Existence,
     Split,
+    Reach,
     /// Of the child in a slot.
     Rotation(usize),
     Classifier,
@@ -44,7 +46,7 @@ impl Network {
             Kind::Situated => [Self::Existence]
                 .into_iter()
                 .chain(slots.map(Self::Rotation))
-                .chain([Self::Split])
+                .chain([Self::Split, Self::Reach])
                 .collect(),
             Kind::Paper => {
                 [Self::Classifier].into_iter().chain(slots.map(Self::Regressor)).collect()
@@ -59,6 +61,7 @@ impl Network {
         match self {
             Self::Existence => "existence",
             Self::Split => "split",
+            Self::Reach => "reach",
             Self::Rotation(slot) => ROTATIONS[slot],
             Self::Classifier => "classifier",
             Self::Regressor(slot) => REGRESSORS[slot],
@@ -72,6 +75,7 @@ impl Network {
             Self::Existence => 1,
             Self::Split => 2,
             Self::Rotation(slot) => 3 + slot as u64,
+            Self::Reach => 6,
             Self::Classifier => 11,
             Self::Regressor(slot) => 12 + slot as u64,
             Self::Joint => 21,
@@ -82,7 +86,7 @@ impl Network {
     pub(crate) fn hidden(self) -> &'static [usize] {
         match self {
             Self::Existence => &[128, 128],
-            Self::Split => &[64, 64],
+            Self::Split | Self::Reach => &[64, 64],
             Self::Rotation(_) => &[96, 96],
             // Four networks of 160-160-160 have the 913 kB of the paper.
             Self::Classifier | Self::Regressor(_) | Self::Joint => &[160, 160, 160],
@@ -166,6 +170,7 @@ impl<'a> Lesson<'a> {
                 Box::new(rotation::Rotation::new(self, rotations, slot))
             }
             (Network::Split, _) => Box::new(split::Split::new(self)),
+            (Network::Reach, _) => Box::new(reach::Reach::new(self)),
             (Network::Classifier, _) => Box::new(classifier::Classifier::new(self)),
             (Network::Regressor(slot), _) => Box::new(regressor::Regressor::new(self, slot)),
             (Network::Joint, _) => Box::new(joint::Joint::new(self)),
@@ -183,7 +188,8 @@ impl<'a> Lesson<'a> {
     /// Encodes the node at `spot` as kind `situated` reads it; gives what is left of `inputs`.
     fn encode<'i>(&self, spot: Spot, inputs: &'i mut [f32]) -> &'i mut [f32] {
         let (node, rest) = inputs.split_at_mut(situated::len(self.species));
-        situated::encode(self.corpus.node(spot), self.conditions(spot), self.species, node);
+        let (tree, reach) = (self.conditions(spot), self.corpus.reach(spot));
+        situated::encode(self.corpus.node(spot), tree, reach, self.species, node);
         rest
     }
 }

@@ -68,6 +68,8 @@ impl Task for Rotation<'_> {
             branching: shares.branching(),
             parent_tips: shares.tips,
             tips,
+            parent_reach: shares.reach,
+            reach: shares.reaches[self.slot],
             slot: self.rotations.slots[tree.species][self.slot],
             roll: turn.roll,
             earlier: &siblings[..self.slot],
