@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use deeptree_graph::signature::inheritance::{self, Inheritance, REACH_LEN, share_bounds};
 use deeptree_graph::signature::situated::{self, Branching, CLASSES};
 use deeptree_graph::signature::{TreeConditions, tip_count};
-use deeptree_graph::{BranchGraph, TreeTraits, Vec2, reaches};
+use deeptree_graph::{BranchGraph, Quat, TreeTraits, Vec2, Vec3, reaches};
 use deeptree_infer::{Mlp, ModelKind, ROOT_COLUMNS, Scratch, SimdPath, Weights};
 use deeptree_learn::{
     Kind, NetworkOptions, Silent, TrainError, TrainEvent, TrainOptions, TrainProgress,

@@ -53,10 +53,10 @@ impl Paper {
             paper::encode(active.node, &active.tree, species, row);
         }
         let exists = self.draw_existence(frontier, work)?;
-        for slot in 0..MAX_CHILDREN {
+        for (slot, regressor) in self.regressors.iter().enumerate() {
             let having: Vec<usize> = (0..frontier.len()).filter(|&i| exists[i][slot]).collect();
             let outputs = work.run(
-                &self.regressors[slot],
+                regressor,
                 features,
                 &having,
                 |&i| i,
