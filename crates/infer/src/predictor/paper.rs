@@ -50,10 +50,11 @@ impl Paper {
         let features = paper::len(species);
         encode(species, frontier, work);
         let exists = self.draw_existence(frontier, work)?;
-        for slot in 0..MAX_CHILDREN {
-            let having: Vec<usize> = (0..frontier.len()).filter(|&i| exists[i][slot]).collect();
+        for (slot, regressor) in self.regressors.iter().enumerate() {
+            let having: Vec<usize> =
+                exists.iter().enumerate().filter(|(_, has)| has[slot]).map(|(i, _)| i).collect();
             let outputs = work.run(
-                &self.regressors[slot],
+                regressor,
                 features,
                 &having,
                 |&i| i,
