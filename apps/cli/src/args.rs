@@ -184,9 +184,20 @@ pub(crate) struct Train {
     /// The corpus' folder; several make one training set of the species of the first.
     #[arg(required = true)]
     pub(crate) data: Vec<PathBuf>,
-    /// situated, or paper for the published recipe.
-    #[arg(long, default_value = "situated", value_parser = ["situated", "paper"])]
+    /// situated, paper for the published recipe, or joint for the one network that the paper
+    /// compares its recipe with.
+    #[arg(long, default_value = "situated", value_parser = ["situated", "paper", "joint"])]
     pub(crate) kind: String,
+    /// Train on these species of the corpus only, separated by commas, or all.
+    #[arg(long, default_value = "all")]
+    pub(crate) species: String,
+    /// Attributes of a node that the classifier of kind paper reads, separated by commas, or all:
+    /// p t dr ds qp lp o mp a v s.
+    #[arg(long, default_value = "all", value_name = "LIST")]
+    pub(crate) classifier_attributes: String,
+    /// Attributes of a node that the regressors of kind paper read.
+    #[arg(long, default_value = "all", value_name = "LIST")]
+    pub(crate) regressor_attributes: String,
     /// Seed of the weights and of the order of the samples.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     pub(crate) seed: u64,
@@ -233,6 +244,9 @@ pub(crate) struct Evaluate {
     /// Which side to measure: both, the procedural model (p) or the networks (dt).
     #[arg(long, default_value = "both", value_parser = ["both", "p", "dt"])]
     pub(crate) side: String,
+    /// A Python with torch, for the chapter runtime [default: $DEEPTREE_PYTHON, or python3].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) python: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) model: ModelChoice,
     /// The folder of the report: report.html, and each chapter's figures as CSV and JSON. A run

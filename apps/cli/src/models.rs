@@ -1,5 +1,6 @@
 //! The models that ship, and models from files.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use anyhow::{Context, Result};
@@ -18,11 +19,16 @@ impl ModelChoice {
 
     /// The numbers of the model.
     pub(crate) fn weights(&self) -> Result<Weights> {
-        match self.model.to_str() {
-            Some("situated") => Ok(Weights::from_bytes(SITUATED)?),
-            Some("paper") => Ok(Weights::from_bytes(PAPER)?),
-            _ => Weights::from_bytes(&read(&self.model)?).with_context(|| self.no_model()),
-        }
+        Weights::from_bytes(&self.bytes()?).with_context(|| self.no_model())
+    }
+
+    /// The bytes of the model's file.
+    pub(crate) fn bytes(&self) -> Result<Cow<'static, [u8]>> {
+        Ok(match self.model.to_str() {
+            Some("situated") => SITUATED.into(),
+            Some("paper") => PAPER.into(),
+            _ => read_file(&self.model)?.into(),
+        })
     }
 
     fn no_model(&self) -> String {
@@ -44,7 +50,7 @@ impl ModelChoice {
     }
 }
 
-fn read(path: &Path) -> Result<Vec<u8>> {
+fn read_file(path: &Path) -> Result<Vec<u8>> {
     std::fs::read(path).with_context(|| {
         format!(
             "cannot read the model {}; the models that ship are situated and paper",

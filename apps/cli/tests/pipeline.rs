@@ -156,7 +156,8 @@ fn trees_of_a_corpus_differ_in_age_and_gravitropism_as_asked() {
 #[test]
 fn an_evaluation_saves_and_prints_the_table() {
     let desk = Desk::new();
-    let text = desk.ok(&["evaluate", "--species", "walnut", "--trees", "3", "-o", "report"]);
+    let words = ["evaluate", "--quick", "--species", "walnut", "--trees", "3", "-o", "report"];
+    let text = desk.ok(&[&words[..], &["--chapters", "table"]].concat());
     assert!(text.contains("walnut: 3 trees P, 3 trees DT"));
     let csv = String::from_utf8(desk.read("report/table.csv")).unwrap();
     assert!(

@@ -18,9 +18,9 @@ fn train(desk: &Desk, kind: &str, model: &str) -> String {
 }
 
 #[test]
-fn both_kinds_train_into_models_that_generate() {
+fn every_kind_trains_into_models_that_generate() {
     let desk = corpus();
-    for kind in ["situated", "paper"] {
+    for kind in ["situated", "paper", "joint"] {
         let model = format!("{kind}.safetensors");
         assert!(train(&desk, kind, &model).contains("weights"));
         assert!(desk.ok(&["info", &model]).contains(kind));
@@ -42,6 +42,47 @@ fn a_training_that_is_run_again_gives_the_same_model() {
     let before = desk.read("one.safetensors");
     train(&desk, "situated", "one.safetensors");
     assert!(desk.read("one.safetensors") == before);
+}
+
+#[test]
+fn one_species_of_a_corpus_and_some_attributes_of_a_node_can_be_trained_on() {
+    let desk = Desk::new();
+    desk.ok(&["dataset", "--species", "walnut,tulip", "--trees", "5", "-o", "corpus"]);
+    let words = ["train", "corpus", "--kind", "paper", "--epochs", "1", "--samples", "4096"];
+    let train = |more: &[&'static str]| [&words[..], more].concat();
+    desk.ok(&train(&[
+        "--species",
+        "walnut",
+        "--classifier-attributes",
+        "p,ds,mp",
+        "--regressor-attributes",
+        "t",
+        "-o",
+        "walnut.safetensors",
+    ]));
+    desk.ok(&[
+        "generate",
+        "walnut",
+        "--model",
+        "walnut.safetensors",
+        "--budget",
+        "500",
+        "-o",
+        "a.csv",
+    ]);
+    let words = ["generate", "tulip", "--model", "walnut.safetensors", "-o", "b.csv"];
+    desk.fails(&words, 2, "walnut");
+    let toml = String::from_utf8(desk.read("walnut.toml")).unwrap();
+    assert!(toml.contains("reads = [\"p\", \"ds\", \"mp\"]"), "{toml}");
+
+    let out = ["-o", "m.safetensors"];
+    let bad =
+        |more: &[&'static str], part: &str| desk.fails(&train(&[more, &out].concat()), 2, part);
+    bad(&["--classifier-attributes", "p,dx"], "p, t, dr, ds, qp, lp, o, mp, a, v, s");
+    bad(&["--regressor-attributes", ""], "--regressor-attributes");
+    bad(&["--species", "wallnut"], "did you mean walnut?");
+    let words = ["train", "corpus", "--kind", "joint", "--classifier-attributes", "p"];
+    desk.fails(&[&words[..], &out].concat(), 2, "--kind paper");
 }
 
 #[test]

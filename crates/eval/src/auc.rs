@@ -1,10 +1,10 @@
 //! The area under the ROC curve of a score that should tell two sets apart.
 
 use deeptree_graph::Draws;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The chance that a random tree of set B scores above a random one of set A, with its error.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Auc {
     /// `P(b > a) + P(b = a) / 2`: 0.5 when the score cannot tell, 1 when it always can.
     pub value: f64,

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Two distances between the laws that two samples were drawn from.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Distances {
     /// Kolmogorov–Smirnov: the largest gap between the two distribution functions, in [0, 1].
     ///

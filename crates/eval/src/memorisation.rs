@@ -44,6 +44,10 @@ pub struct Memorisation {
     pub share_below_q05: f64,
     /// Share of the generated trees nearer than the teacher's median; 0.5 if alike.
     pub share_below_median: f64,
+    /// From each generated tree, in their order, to the nearest training tree.
+    pub generated_distances: Vec<f64>,
+    /// From each fresh tree of the teacher, in their order, to the nearest training tree.
+    pub teacher_distances: Vec<f64>,
     /// Indices of the generated and the training tree that are nearest to each other.
     pub closest: (usize, usize),
 }
@@ -68,10 +72,11 @@ impl Memorisation {
             [training, generated, teacher].map(|set| scale.apply(set));
         let hits: Vec<_> = generated.iter().map(|row| nearest(row, &training, None)).collect();
         let distances: Vec<f64> = hits.iter().map(|hit| hit.0).collect();
-        let fresh = teacher.iter().map(|row| nearest(row, &training, None).0).collect();
+        let fresh_distances: Vec<f64> =
+            teacher.iter().map(|row| nearest(row, &training, None).0).collect();
         let other = |(i, row): (usize, &Vec<f64>)| nearest(row, &training, Some(i)).0;
         let others = training.iter().enumerate().map(other).collect();
-        let (fresh, training) = (Nearest::of(fresh)?, Nearest::of(others)?);
+        let (fresh, training) = (Nearest::of(fresh_distances.clone())?, Nearest::of(others)?);
         let below = |limit: f64| {
             distances.iter().filter(|&&x| x < limit).count() as f64 / distances.len() as f64
         };
@@ -81,8 +86,10 @@ impl Memorisation {
             share_below_q05: below(fresh.q05),
             share_below_median: below(fresh.median),
             closest: (closest, hits[closest].1),
-            generated: Nearest::of(distances)?,
+            generated: Nearest::of(distances.clone())?,
             teacher: fresh,
+            generated_distances: distances,
+            teacher_distances: fresh_distances,
             training,
         })
     }
@@ -115,8 +122,8 @@ impl Scale {
         let spread = |k: usize| {
             let mean = rows.iter().map(|row| row[k]).sum::<f64>() / n;
             let sd = (rows.iter().map(|row| (row[k] - mean).powi(2)).sum::<f64>() / n).sqrt();
-            // A spread of rounding errors is none.
-            (sd > 1e-9 * (1.0 + mean.abs())).then_some((k, mean, sd))
+            // A spread of rounding errors is none: positions are in float32.
+            (sd > 1e-6 * (1.0 + mean.abs())).then_some((k, mean, sd))
         };
         Self { kept: (0..rows[0].len()).filter_map(spread).collect() }
     }
@@ -164,6 +171,7 @@ mod tests {
         // Others are 2, 2, 2 and 6 away.
         assert!((result.training.median - 2.0 / sd).abs() < 1e-12);
         assert_eq!((result.closest, result.share_below_median), ((0, 3), 1.0));
+        assert!((result.teacher_distances[1] - 2.5 / sd).abs() < 1e-12);
     }
 
     #[test]

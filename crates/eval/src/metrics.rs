@@ -97,6 +97,32 @@ impl Moments {
         self.count = count;
     }
 
+    /// Takes the samples of another stream out again, which must have been merged before.
+    #[must_use]
+    pub fn without(&self, other: &Self) -> Self {
+        let count = self.count - other.count;
+        if count == 0 {
+            return Self::default();
+        }
+        let (n, m) = (count as f64, other.count as f64);
+        let mean = self.mean + (self.mean - other.mean) * m / n;
+        let delta = other.mean - mean;
+        let squares = self.squares - other.squares - delta * delta * n * m / (n + m);
+        Self { count, mean, squares: squares.max(0.0) }
+    }
+
+    /// The count, the mean and the sum of the squared distances from it: all there is.
+    #[must_use]
+    pub const fn parts(&self) -> [f64; 3] {
+        [self.count as f64, self.mean, self.squares]
+    }
+
+    /// The inverse of [`Self::parts`].
+    #[must_use]
+    pub const fn from_parts([count, mean, squares]: [f64; 3]) -> Self {
+        Self { count: count as u64, mean, squares }
+    }
+
     /// Standard deviation of the population.
     #[must_use]
     pub fn sd(&self) -> f64 {
@@ -134,23 +160,7 @@ impl TreeMetrics {
     #[must_use]
     pub fn of(tree: &BranchGraph) -> Self {
         let mut metrics = Self { nodes: tree.len() as u64, ..Self::default() };
-        let [bl, bn, bd, nn, a1, a2, a3, all] = &mut metrics.moments;
-        let angles = [a1, a2, a3];
-        let branches = branches(tree);
-        bn.add(branches.len() as f64);
-        bl.extend(branches.iter().map(|branch| f64::from(branch.length(tree))));
-        bd.extend(chains(tree).iter().map(|chain| f64::from(chain.length(tree))));
-        for node in tree.nodes() {
-            all.add(f64::from(node.child_count()));
-            if node.child_count() > 0 {
-                nn.add(f64::from(node.child_count()));
-            }
-            for (slot, child) in node.children.iter().enumerate() {
-                if let Some(child) = child {
-                    angles[slot].add(angle(node.front(), tree.node(*child).front()));
-                }
-            }
-        }
+        visit(tree, |metric, _, x| metrics.moments[metric as usize].add(x));
         metrics
     }
 
@@ -158,6 +168,34 @@ impl TreeMetrics {
     #[must_use]
     pub fn get(&self, metric: Metric) -> &Moments {
         &self.moments[metric as usize]
+    }
+}
+
+/// Hands every sample of a tree to `take`, with its metric and branch order: that of the node, of
+/// the first node of a branch or run, of the parent of an angle. The tree's own number of branches
+/// has the order 0.
+pub(crate) fn visit(tree: &BranchGraph, mut take: impl FnMut(Metric, u16, f64)) {
+    const ANGLES: [Metric; 3] = [Metric::AngleChild1, Metric::AngleChild2, Metric::AngleChild3];
+    let branches = branches(tree);
+    take(Metric::BranchNumber, 0, branches.len() as f64);
+    for (metric, paths) in
+        [(Metric::BranchLength, branches), (Metric::BranchingDistance, chains(tree))]
+    {
+        for path in &paths {
+            take(metric, tree.node(path.nodes[0]).order, f64::from(path.length(tree)));
+        }
+    }
+    for node in tree.nodes() {
+        let children = f64::from(node.child_count());
+        take(Metric::NodeNumberWithEnds, node.order, children);
+        if children > 0.0 {
+            take(Metric::NodeNumber, node.order, children);
+        }
+        for (metric, child) in ANGLES.into_iter().zip(node.children) {
+            if let Some(child) = child {
+                take(metric, node.order, angle(node.front(), tree.node(child).front()));
+            }
+        }
     }
 }
 
@@ -200,6 +238,30 @@ mod tests {
         assert!((mean(Metric::AngleChild1).to_degrees() - 10.0 / 3.0).abs() < 1e-3);
         assert!((mean(Metric::AngleChild2).to_degrees() - 30.0).abs() < 1e-3);
         assert!((mean(Metric::AngleChild3).to_degrees() - 60.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn samples_have_the_order_of_the_branch_they_are_taken_of() {
+        let mut seen = [[0u32; 2]; METRICS];
+        visit(&hand_made(), |metric, order, _| seen[metric as usize][usize::from(order)] += 1);
+        // Trunk: one branch, chains of 2 and 1 m, nodes with 1 and 3 children, 2 apical angles.
+        // Laterals: two branches, two chains, one node with a child, one angle.
+        let [bl, _, bd, nn, a1, a2, a3, all] = seen;
+        assert_eq!((bl, bd, nn), ([1, 2], [2, 2], [2, 1]));
+        assert_eq!((a1, a2, a3, all), ([2, 1], [1, 0], [1, 0], [3, 3]));
+    }
+
+    #[test]
+    fn what_was_merged_can_be_taken_out_again() {
+        let (mut all, mut part) = (Moments::default(), Moments::default());
+        all.extend([3.0, -1.0, 4.0, 1.5, 9.0]);
+        part.extend([3.0, 9.0]);
+        // −1, 4 and 1.5 are left: mean 1.5, squares 6.25 + 6.25.
+        let rest = all.without(&part);
+        assert_eq!(rest.count, 3);
+        assert!((rest.mean - 1.5).abs() < 1e-12 && (rest.parts()[2] - 12.5).abs() < 1e-12);
+        assert_eq!(all.without(&all), Moments::default());
+        assert_eq!(Moments::from_parts(all.parts()), all);
     }
 
     #[test]

@@ -69,7 +69,7 @@ impl Row {
                 Some([*row.p.get(metric as usize)?, *row.dt.get(metric as usize)?])
             };
             if let Some([p, dt]) = published.and_then(printed) {
-                let (p, dt) = (pair_cell(p.0, p.1), pair_cell(dt.0, dt.1));
+                let (p, dt) = (mean_and_sd(p.0, p.1), mean_and_sd(dt.0, dt.1));
                 let _ = write!(out, "   published: P {p}, DT {dt}");
             }
             out.push('\n');
@@ -91,8 +91,14 @@ pub struct Table {
 impl Table {
     /// Adds a row `total` for each set: the trees of all species together.
     pub fn add_totals(&mut self) {
-        for set in ["P", "DT"] {
-            let mut total = Row::new(TOTAL, set);
+        let mut sets: Vec<String> = Vec::new();
+        for row in &self.rows {
+            if !sets.contains(&row.set) {
+                sets.push(row.set.clone());
+            }
+        }
+        for set in sets {
+            let mut total = Row::new(TOTAL, &set);
             for row in self.rows.iter().filter(|row| row.set == set) {
                 total.trees += row.trees;
                 total.hit_budget += row.hit_budget;
@@ -101,13 +107,13 @@ impl Table {
                     all.merge(one);
                 }
             }
-            if total.trees > 0 {
-                self.rows.push(total);
-            }
+            self.rows.push(total);
         }
     }
 
-    fn row(&self, species: &str, set: &str) -> Option<&Row> {
+    /// The row of a species and set.
+    #[must_use]
+    pub fn row(&self, species: &str, set: &str) -> Option<&Row> {
         self.rows.iter().find(|row| row.species == species && row.set == set)
     }
 
@@ -156,7 +162,7 @@ impl Table {
         let published = published::find(species);
         let (p, dt) = (moments("P"), moments("DT"));
         let printed =
-            |pair: Option<(f64, f64)>| pair.map_or("–".to_owned(), |(m, s)| pair_cell(m, s));
+            |pair: Option<(f64, f64)>| pair.map_or("–".to_owned(), |(m, s)| mean_and_sd(m, s));
         let measured = |m: Option<&Moments>| m.map_or("–".to_owned(), cell);
         let published_p = published.and_then(|row| row.p.get(metric as usize).copied());
         let published_dt = published.and_then(|row| row.dt.get(metric as usize).copied());
@@ -202,10 +208,12 @@ impl Table {
 }
 
 fn cell(moments: &Moments) -> String {
-    pair_cell(moments.mean, moments.sd())
+    mean_and_sd(moments.mean, moments.sd())
 }
 
-fn pair_cell(mean: f64, sd: f64) -> String {
+/// A mean with its standard deviation, to as many digits as such figures deserve.
+#[must_use]
+pub fn mean_and_sd(mean: f64, sd: f64) -> String {
     let digits = if mean.abs() < 1.5 {
         3
     } else if mean.abs() < 20.0 {

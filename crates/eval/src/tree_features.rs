@@ -18,14 +18,20 @@ use deeptree_graph::{BranchGraph, ChildSignature, Quat, TreeInfo, Vec3};
 use recorder::Recorder;
 pub(crate) use recorder::quantile;
 
+/// What features are rounded to.
+const RESOLUTION: f64 = 1e-5;
+
 /// The features of a tree, in the order of [`names`].
 ///
-/// All are finite; what a tree has none of (a second order, a fork) is 0.
+/// All are finite; what a tree has none of (a second order, a fork) is 0. They are rounded to
+/// hundred-thousandths: below lies what rounding in the positions and rotations leaves, which tells
+/// how a tree was computed, not what it is like.
 ///
 /// # Units   metres and radians, or none; shares and ratios lie in [0, 1]
 #[must_use]
 pub fn tree_features(tree: &BranchGraph) -> Vec<f64> {
-    measure(tree).values
+    let values = measure(tree).values;
+    values.into_iter().map(|value| (value / RESOLUTION).round() * RESOLUTION).collect()
 }
 
 /// The names of the features.

@@ -14,18 +14,19 @@ mod forest;
 mod refit;
 
 use deeptree_graph::{Draws, Lineage, Purpose, Seed};
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::auc::{Auc, FoldScores, permutation_p, shuffle};
 use crate::distances::Distances;
+use crate::metrics::Moments;
 
 use forest::{Fold, Forest};
 
 /// How the test is run. The same options and rows give the same result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Options {
     /// What folds, forests and permutations are drawn from.
-    #[serde(serialize_with = "as_number")]
+    #[serde(serialize_with = "as_number", deserialize_with = "of_number")]
     pub seed: Seed,
     /// Parts that the trees are split into; each is held out once.
     pub folds: usize,
@@ -45,6 +46,10 @@ fn as_number<S: Serializer>(seed: &Seed, serializer: S) -> Result<S::Ok, S::Erro
     serializer.serialize_u64(seed.0)
 }
 
+fn of_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Seed, D::Error> {
+    u64::deserialize(deserializer).map(Seed)
+}
+
 impl Options {
     /// Five folds, forests of 200 trees, 99 refits and a thousand permutations.
     #[must_use]
@@ -54,7 +59,7 @@ impl Options {
 }
 
 /// A feature that the forest told the sets apart by.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Telltale {
     /// Its name.
     pub name: String,
@@ -64,6 +69,10 @@ pub struct Telltale {
     pub mean_a: f64,
     /// Its mean in set B.
     pub mean_b: f64,
+    /// Its standard deviation in set A.
+    pub sd_a: f64,
+    /// Its standard deviation in set B.
+    pub sd_b: f64,
     /// How far apart its two samples are.
     pub distances: Distances,
 }
@@ -79,7 +88,7 @@ pub const FOLD_INFLATION: f64 = 1.5;
 pub const REFITS_FOR_INFLATION: usize = 19;
 
 /// The result of a test of set A (label 0) against set B (label 1).
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TwoSample {
     /// How it was run.
     pub options: Options,
@@ -262,13 +271,20 @@ fn telltales(
     order.sort_by(|&i, &j| importances[j].total_cmp(&importances[i]));
     let tell = |k: usize| {
         let column = |rows: &[Vec<f64>]| rows.iter().map(|row| row[k]).collect::<Vec<_>>();
-        let mean = |samples: &[f64]| samples.iter().sum::<f64>() / samples.len() as f64;
+        let moments = |samples: &[f64]| {
+            let mut moments = Moments::default();
+            moments.extend(samples.iter().copied());
+            moments
+        };
         let (a, b) = (column(a), column(b));
+        let (of_a, of_b) = (moments(&a), moments(&b));
         Some(Telltale {
             name: names[k].clone(),
             importance: importances[k],
-            mean_a: mean(&a),
-            mean_b: mean(&b),
+            mean_a: of_a.mean,
+            mean_b: of_b.mean,
+            sd_a: of_a.sd(),
+            sd_b: of_b.sd(),
             distances: Distances::between(&a, &b)?,
         })
     };

@@ -2,7 +2,8 @@
 //!
 //! A tree starts from a root drawn from the law of its species, age and gravitropism. All nodes that have no children yet form the
 //! frontier; the model draws the branchlets of a whole frontier at once, and the new nodes are the
-//! next frontier, until every branch has ended by itself or the node budget is spent.
+//! next frontier, until every branch has ended by itself or the node budget is spent. With a model
+//! of kind `situated` every branch ends, as far out as the longest path of the traits says.
 
 #![forbid(unsafe_code)]
 
@@ -228,7 +229,8 @@ pub fn regenerate(
         traits: germ.root.traits,
     };
     let mut tree = BranchGraph::new(info, Vec3::ZERO, germ.root.signature);
-    let mut lineages = vec![Lineage::ROOT];
+    // What a child inherits besides its signature.
+    let mut heritage = vec![Heritage { lineage: Lineage::ROOT, reach: germ.root.traits.reach() }];
     let mut branchlets = Vec::new();
     // Nodes are in level order, so those without children yet are the tail of the tree.
     let mut next = 0;
@@ -237,36 +239,44 @@ pub fn regenerate(
         let end = tree.len().min(next + limits.batch.max(1));
         let active = |id: usize| Active {
             node: &tree.nodes()[id],
-            lineage: lineages[id],
+            lineage: heritage[id].lineage,
             seed: germ.seed,
             tree: conditions,
+            reach: heritage[id].reach,
         };
         let frontier: Vec<Active<'_>> = (next..end).map(active).collect();
         model
             .branchlets(&frontier, work, &mut branchlets)
             .map_err(|overflow| GenerateError::Overflow { node: next + overflow.row })?;
-        hit_budget = add(&mut tree, &mut lineages, next, &branchlets, limits.budget);
+        hit_budget = add(&mut tree, &mut heritage, next, &branchlets, limits.budget);
         next = end;
     }
     Ok(Generated { tree, germ, hit_budget })
 }
 
+/// What a node has from its parent, beside its signature.
+#[derive(Clone, Copy, Debug)]
+struct Heritage {
+    lineage: Lineage,
+    reach: u16,
+}
+
 /// Adds the branchlets of the nodes from `first` on; true when the budget stopped it.
 fn add(
     tree: &mut BranchGraph,
-    lineages: &mut Vec<Lineage>,
+    heritage: &mut Vec<Heritage>,
     first: usize,
     branchlets: &[Branchlet],
     budget: usize,
 ) -> bool {
     for (id, branchlet) in (first..).zip(branchlets) {
-        if tree.len() + branchlet.iter().flatten().count() > budget {
+        if tree.len() + branchlet.children.iter().flatten().count() > budget {
             return true;
         }
-        let ids = tree.grow(id as u32, *branchlet);
-        for (slot, child) in (0u8..).zip(ids) {
+        let ids = tree.grow(id as u32, branchlet.children);
+        for ((slot, child), reach) in (0u8..).zip(ids).zip(branchlet.reaches) {
             if child.is_some() {
-                lineages.push(lineages[id].child(slot));
+                heritage.push(Heritage { lineage: heritage[id].lineage.child(slot), reach });
             }
         }
     }

@@ -6,7 +6,7 @@ use deeptree_generate::{
 };
 use deeptree_graph::codec::csv::CsvWriter;
 use deeptree_graph::signature::tip_count;
-use deeptree_graph::{Seed, TreeTraits};
+use deeptree_graph::{Seed, TreeTraits, least_reach, reaches};
 use deeptree_infer::{Model, Predictor, SimdPath, Workspace};
 use sha2::{Digest, Sha256};
 
@@ -84,6 +84,25 @@ fn trees_end_by_themselves_and_differ_from_seed_to_seed() {
         let mut sizes: Vec<usize> = trees.iter().map(|grown| grown.tree.len()).collect();
         sizes.dedup();
         assert!(sizes.len() > 3, "{species}: {sizes:?}");
+    }
+}
+
+#[test]
+fn the_longest_path_of_a_tree_is_the_one_it_was_told() {
+    let model = shipped();
+    for (number, species) in model.species().iter().enumerate() {
+        let mut kept = 0;
+        for seed in 0..10 {
+            let grown = one(&model, species, seed);
+            let root = grown.germ.root;
+            let tips = tip_count(root.signature.thickness, model.tip_radius(number));
+            let plan = root.traits.reach().max(least_reach(tips));
+            let reach = reaches(&grown.tree)[0];
+            assert!(reach <= plan, "{species} {seed}: {reach} instead of {plan}");
+            kept += u32::from(reach == plan);
+        }
+        // A child that would end below the ground takes its path with it.
+        assert!(kept >= 9, "{species}: {kept} of 10");
     }
 }
 

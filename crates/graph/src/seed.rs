@@ -54,6 +54,8 @@ pub enum Purpose {
     TrainingNoise = 66,
     /// Which trees an evaluation looks at.
     Evaluation = 67,
+    /// How far the children of a node reach.
+    ChildReach = 37,
 }
 
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;

@@ -63,6 +63,15 @@ impl TreeTraits {
         Self { nodes, branches, longest_path, mean_path, crown_radius, height, trunk_length }
     }
 
+    /// The reach of the root that its longest path implies, in nodes: `⌊l + ½⌋ − 1`.
+    ///
+    /// Internodes are about a metre long, 0.997 m in the mean over the species, so that the nodes of
+    /// the longest path are as many as its metres.
+    #[must_use]
+    pub fn reach(&self) -> u16 {
+        (libm::roundf(self.longest_path) - 1.0).clamp(0.0, f32::from(u16::MAX)) as u16
+    }
+
     /// Are all numbers finite, and those that count or measure a tree above 0?
     #[must_use]
     pub fn is_sound(self) -> bool {
@@ -93,5 +102,15 @@ mod tests {
         let expected = [3.0, 2.0, 5.0, 10.0 / 3.0, 3.0, 3.0, 3.0];
         assert!(traits.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5), "{traits:?}");
         assert_eq!(TreeTraits::from_array(traits).to_array(), traits);
+    }
+
+    #[test]
+    fn a_path_of_so_many_internodes_of_a_metre_has_one_less_below_the_root() {
+        let with = |longest_path| TreeTraits {
+            longest_path,
+            ..TreeTraits::from_array([1.0; TreeTraits::COUNT])
+        };
+        let reaches = [0.0, 0.99, 1.4, 24.95, 39.88, 40.4, 1e9].map(|path| with(path).reach());
+        assert_eq!(reaches, [0, 0, 0, 24, 39, 39, u16::MAX]);
     }
 }

@@ -157,6 +157,12 @@ impl Mlp {
         self.layers[self.layers.len() - 1].outputs()
     }
 
+    /// How many dense layers the network has.
+    #[must_use]
+    pub fn layer_count(&self) -> usize {
+        self.layers.len()
+    }
+
     /// How many weights and biases the network has.
     #[must_use]
     pub fn weight_count(&self) -> usize {

@@ -1,11 +1,12 @@
 //! Training: the only crate that knows Burn.
 //!
 //! [`train`] takes trees in memory and gives the bytes of a model file, with a report on how it
-//! was made and how well it does on trees it has not seen. Two kinds of model:
+//! was made and how well it does on trees it has not seen. Three kinds of model:
 //!
 //! | kind | networks | what they learn |
 //! |---|---|---|
-//! | [`Kind::Situated`] | `existence`, `split`, `rotation1` … `rotation3` | the factors of p(children \| node) by the chain rule, each a distribution |
+//! | [`Kind::Situated`] | `existence`, `split`, `reach`, `rotation1` … `rotation3` | the factors of p(children \| node) by the chain rule, each a distribution |
+//! | [`Kind::Joint`] | `joint` | the same from one network, which the paper compares its own with |
 //! | [`Kind::Paper`] | `classifier`, `regressor1` … `regressor3` | as published: which children exist, and their mean signatures |
 //!
 //! Every network trains by itself, one thread each, several side by side. After each epoch its
@@ -26,6 +27,7 @@ mod options;
 mod order;
 mod progress;
 mod report;
+mod rotations;
 mod set;
 mod tables;
 mod tasks;

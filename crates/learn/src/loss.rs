@@ -4,8 +4,10 @@
 //! faster forwards and backwards than a gather.
 
 use burn::tensor::{Tensor, activation::log_softmax, activation::sigmoid};
+use deeptree_graph::MAX_CHILDREN;
+use deeptree_graph::signature::paper::CHILD_LEN;
 use deeptree_graph::signature::situated::{
-    CLASSES, LOG_SCALE, ROTATION_COMPONENTS, SPLIT_COMPONENTS,
+    CLASSES, LOG_SCALE, ROTATION_COMPONENTS, SPLIT_COMPONENTS, SPLIT_OUTPUTS,
 };
 
 /// What is added to the logit of an impossible class: its probability is 0 in single precision.
@@ -21,8 +23,13 @@ pub(crate) const EXISTENCE_TARGETS: usize = 2 * CLASSES;
 /// component.
 pub(crate) const SPLIT_TARGETS: usize = 3 * SPLIT_COMPONENTS;
 
-/// Columns of the targets of [`rotation`]: the turn, once a component.
-pub(crate) const ROTATION_TARGETS: usize = 3 * ROTATION_COMPONENTS;
+/// Columns of the targets of [`reach`]: 1 for an heir, −1 for none and 0 where it is not asked; then
+/// the bin of a child that is not the heir, as for [`split`].
+pub(crate) const REACH_TARGETS: usize = 1 + SPLIT_TARGETS;
+
+/// Columns of the targets of [`rotation`]: x and y of the swing, each once a component, and whether
+/// it is aligned.
+pub(crate) const ROTATION_TARGETS: usize = 2 * ROTATION_COMPONENTS + 1;
 
 /// The columns `from..from + width`.
 fn columns(tensor: &Tensor<2>, from: usize, width: usize) -> Tensor<2> {
@@ -53,6 +60,22 @@ pub(crate) fn existence(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
 ///
 /// # Shapes  outputs: `[batch, SPLIT_OUTPUTS]`; targets: `[batch, SPLIT_TARGETS]`
 pub(crate) fn split(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+    log_bin(outputs, targets).mean().neg()
+}
+
+/// Negative log-likelihood of the reach of a child: of being the heir or not, where that is asked,
+/// and of its bin where it is not the heir. An heir's bin is open at both ends, with probability 1.
+///
+/// # Shapes  outputs: `[batch, REACH_OUTPUTS]`; targets: `[batch, REACH_TARGETS]`
+pub(crate) fn reach(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+    let heir = columns(&targets, 0, 1);
+    let odds = log_sigmoid(columns(&outputs, 0, 1) * heir.clone()) * heir.abs();
+    let bin = columns(&targets, 1, SPLIT_TARGETS);
+    (odds + log_bin(columns(&outputs, 1, SPLIT_OUTPUTS), bin)).mean().neg()
+}
+
+/// Log-likelihood of the bin of each row.
+fn log_bin(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<2> {
     const K: usize = SPLIT_COMPONENTS;
     let log_weight = log_softmax(columns(&outputs, 0, K), 1);
     let mean = columns(&outputs, K, K);
@@ -62,7 +85,7 @@ pub(crate) fn split(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
     let high = (columns(&targets, K, K) - mean) * per_scale.clone();
     let width = columns(&targets, 2 * K, K) * per_scale;
     let between = (width.clone() * 0.5).tanh().log() + (-width).exp().log1p();
-    log_sum_exp(log_weight + log_sigmoid(high) + log_sigmoid(-low) + between).mean().neg()
+    log_sum_exp(log_weight + log_sigmoid(high) + log_sigmoid(-low) + between)
 }
 
 /// `log σ(x) = min(x, 0) − log(1 + e^(−|x|))`, in fewer operations than Burn's own.
@@ -70,21 +93,36 @@ fn log_sigmoid(x: Tensor<2>) -> Tensor<2> {
     x.clone().clamp_max(0.0) - (-x.abs()).exp().log1p()
 }
 
-/// Negative log-likelihood of a turn under a mixture of Gaussian laws with diagonal covariance.
+/// Negative log-likelihood of the swing of the child in `slot`, under a mixture of Gaussian laws and
+/// the aligned law.
 ///
-/// `p(x) = Σ_i w_i Π_j N(x_j; μ_ij, σ_ij²)`
+/// `p(x, y) = Σ_i w_i N(x; μ_i, σ_i²) N(y; ν_i + τ_i a_i (x − μ_i) / σ_i, τ_i²)` where the swing is
+/// not aligned; where it is, `w_a N(x; μ_a, σ_a²)`, and `w_a` alone for slot 0, where x is 0 too.
 ///
 /// # Shapes  outputs: `[batch, ROTATION_OUTPUTS]`; targets: `[batch, ROTATION_TARGETS]`
-pub(crate) fn rotation(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+pub(crate) fn rotation(outputs: Tensor<2>, targets: Tensor<2>, slot: usize) -> Tensor<1> {
     const K: usize = ROTATION_COMPONENTS;
-    let rows = outputs.dims()[0];
-    let log_weight = log_softmax(columns(&outputs, 0, K), 1);
-    let mean = columns(&outputs, K, 3 * K);
-    let log_deviation = columns(&outputs, 4 * K, 3 * K).clamp(*LOG_SCALE.start(), *LOG_SCALE.end());
-    let residual = (targets - mean) * (-log_deviation.clone()).exp();
-    let log_density = (residual.square() * -0.5 - log_deviation).reshape([rows, K, 3]);
-    let log_density = log_density.sum_dim(2).reshape([rows, K]);
-    log_sum_exp(log_weight + log_density).mean().neg() + 1.5 * core::f64::consts::TAU.ln()
+    let half_log_tau = 0.5 * core::f64::consts::TAU.ln();
+    let bounded = |t: Tensor<2>| t.clamp(*LOG_SCALE.start(), *LOG_SCALE.end());
+    let row = |i: usize| columns(&outputs, K + 3 + i * K, K);
+    let (x, y) = (columns(&targets, 0, K), columns(&targets, K, K));
+    let is_aligned = columns(&targets, 2 * K, 1);
+    let log_weight = log_softmax(columns(&outputs, 0, K + 1), 1);
+
+    let (log_x, log_y) = (bounded(row(2)), bounded(row(3)));
+    let first = (x.clone() - row(0)) * (-log_x.clone()).exp();
+    let second = (y - row(1)) * (-log_y.clone()).exp() - row(4) * first.clone();
+    let log_density = (first.square() + second.square()) * -0.5 - log_x - log_y;
+    let free = log_sum_exp(columns(&log_weight, 0, K) + log_density) - 2.0 * half_log_tau;
+
+    let mut aligned = columns(&log_weight, K, 1);
+    if slot > 0 {
+        let log_x = bounded(columns(&outputs, K + 2, 1));
+        let off = (columns(&x, 0, 1) - columns(&outputs, K + 1, 1)) * (-log_x.clone()).exp();
+        aligned = aligned - off.square() * 0.5 - log_x - half_log_tau;
+    }
+    let is_free = -is_aligned.clone() + 1.0;
+    (free * is_free + aligned * is_aligned).mean().neg()
 }
 
 /// Mean squared error of sigmoid outputs against which children exist.
@@ -99,17 +137,41 @@ pub(crate) fn classifier(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
 ///
 /// # Shapes  outputs, targets: `[batch, 6]`: qx, qy, qz, qw, t, l
 pub(crate) fn regressor(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+    let (squares, distance) = child_errors(outputs, targets);
+    squares.mean() + distance.mean()
+}
+
+/// Squared errors of thickness and length, and cosine distance of the quaternions, row by row.
+fn child_errors(outputs: Tensor<2>, targets: Tensor<2>) -> (Tensor<2>, Tensor<2>) {
     let (q, label) = (columns(&outputs, 0, 4), columns(&targets, 0, 4));
     let norm = (q.clone().square().sum_dim(1) + 1e-12).sqrt();
     let cosine = (q * label).sum_dim(1) / norm;
     let error = columns(&outputs, 4, 2) - columns(&targets, 4, 2);
-    error.square().mean() + (-cosine + 1.0).mean()
+    (error.square(), -cosine + 1.0)
+}
+
+/// The classifier's loss, plus the regressor's of each slot over the children there are.
+///
+/// # Shapes  outputs, targets: `[batch, JOINT_LEN]`: existence by slot, then qx … l by slot
+pub(crate) fn joint(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+    const C: usize = MAX_CHILDREN;
+    let mut loss = classifier(columns(&outputs, 0, C), columns(&targets, 0, C));
+    for slot in 0..C {
+        let child = |of: &Tensor<2>| columns(of, C + slot * CHILD_LEN, CHILD_LEN);
+        let (squares, distance) = child_errors(child(&outputs), child(&targets));
+        let exists = columns(&targets, slot, 1);
+        let count = exists.clone().sum().clamp_min(1.0);
+        loss = loss + ((squares.mean_dim(1) + distance) * exists).sum() / count;
+    }
+    loss
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use burn::tensor::{Device, TensorData};
+    use deeptree_graph::signature::inheritance::REACH_OUTPUTS;
+    use deeptree_graph::signature::paper::JOINT_LEN;
     use deeptree_graph::signature::situated::{ROTATION_OUTPUTS, SPLIT_OUTPUTS};
     use deeptree_graph::{Lineage, Purpose, Seed};
 
@@ -172,15 +234,54 @@ mod tests {
         }
     }
 
+    /// Targets of a reach: whether it is the heir's, where asked, and its bin.
+    fn heir(heir: f32, low: f32, high: f32) -> Vec<f32> {
+        [vec![heir], bin(low, high)].concat()
+    }
+
+    #[test]
+    fn reach_agrees_with_the_plain_product_of_odds_and_bin() {
+        for seed in 0..50 {
+            let outputs = random(REACH_OUTPUTS, seed, 1.5);
+            let p = 1.0 / (1.0 + f64::from(-outputs[0]).exp());
+            for (is_heir, odds) in [(1.0, p), (-1.0, 1.0 - p), (0.0, 1.0)] {
+                for (low, high) in [(-OPEN_END, OPEN_END), (-OPEN_END, -1.0), (-0.2, 0.9)] {
+                    let loss = f64::from(value(reach, &outputs, &heir(is_heir, low, high)));
+                    let bin = crate::tasks::bin_probability(&outputs[1..], low, high);
+                    let plain = -(odds * bin).ln();
+                    assert!((loss - plain).abs() < 1e-4 * plain.max(1.0), "{loss} {plain}");
+                }
+            }
+        }
+    }
+
+    /// Targets of a swing.
+    fn swing(x: f32, y: f32, is_aligned: bool) -> Vec<f32> {
+        const K: usize = ROTATION_COMPONENTS;
+        [vec![x; K], vec![y; K], vec![f32::from(u8::from(is_aligned))]].concat()
+    }
+
+    fn lateral(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+        rotation(outputs, targets, 1)
+    }
+
+    fn apical(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
+        rotation(outputs, targets, 0)
+    }
+
     #[test]
     fn rotation_agrees_with_the_plain_sum_of_densities() {
         for seed in 0..50 {
             let outputs = random(ROTATION_OUTPUTS, seed, 0.7);
-            let turn = random(3, 1000 + seed, 1.0);
-            let loss = f64::from(value(rotation, &outputs, &turn.repeat(ROTATION_COMPONENTS)));
-            let turn = std::array::from_fn(|j| f64::from(turn[j]));
-            let (plain, _) = crate::tasks::judge_turn(&outputs, turn);
-            assert!((loss - plain).abs() < 1e-4 * plain.abs().max(1.0), "{loss} {plain}");
+            let at = random(2, 1000 + seed, 1.0);
+            for (slot, loss) in [(0, apical as Loss), (1, lateral)] {
+                for is_aligned in [false, true] {
+                    let loss = f64::from(value(loss, &outputs, &swing(at[0], at[1], is_aligned)));
+                    let (x, y) = (f64::from(at[0]), f64::from(at[1]));
+                    let plain = crate::tasks::judge_swing(&outputs, slot, x, y, is_aligned);
+                    assert!((loss - plain).abs() < 1e-4 * plain.abs().max(1.0), "{loss} {plain}");
+                }
+            }
         }
     }
 
@@ -199,13 +300,41 @@ mod tests {
     }
 
     #[test]
+    fn the_joint_loss_is_the_sum_of_the_published_ones_over_the_children_there_are() {
+        let (outputs, mut targets) = (random(JOINT_LEN, 1, 1.0), random(JOINT_LEN, 2, 1.0));
+        targets[..3].copy_from_slice(&[1.0, 0.0, 1.0]);
+        let child = |values: &[f32], slot: usize| values[3 + 6 * slot..][..6].to_vec();
+        let one = |slot| value(regressor, &child(&outputs, slot), &child(&targets, slot));
+        let expected = value(classifier, &outputs[..3], &targets[..3]) + one(0) + one(2);
+        assert!((value(joint, &outputs, &targets) - expected).abs() < 1e-5);
+        // A batch: what a slot adds is the mean over the rows that have it.
+        let rows = |a: &[f32], b: &[f32]| {
+            Tensor::from_data(TensorData::new([a, b].concat(), [2, JOINT_LEN]), &Device::flex())
+        };
+        let mut alone = targets.clone();
+        alone[2] = 0.0;
+        let both: f32 = joint(rows(&outputs, &outputs), rows(&targets, &alone)).into_scalar();
+        let existence = [&targets, &alone].map(|t| value(classifier, &outputs[..3], &t[..3]));
+        let expected = (existence[0] + existence[1]) / 2.0 + one(0) + one(2);
+        assert!((both - expected).abs() < 1e-5, "{both} {expected}");
+    }
+
+    #[test]
     fn gradients_match_central_differences() {
-        let turn = random(3, 5, 1.0).repeat(ROTATION_COMPONENTS);
-        let cases: [(Loss, usize, Vec<f32>); 4] = [
+        // The second child is missing.
+        let mut family = random(JOINT_LEN, 7, 1.0);
+        family[..3].copy_from_slice(&[1.0, 0.0, 1.0]);
+        let cases: [(Loss, usize, Vec<f32>); 10] = [
             (split, SPLIT_OUTPUTS, bin(-0.4, 0.1)),
             (split, SPLIT_OUTPUTS, bin(0.7, OPEN_END)),
-            (rotation, ROTATION_OUTPUTS, turn),
+            (reach, REACH_OUTPUTS, heir(1.0, -OPEN_END, OPEN_END)),
+            (reach, REACH_OUTPUTS, heir(-1.0, -0.4, 0.1)),
+            (reach, REACH_OUTPUTS, heir(0.0, 0.7, OPEN_END)),
+            (apical, ROTATION_OUTPUTS, swing(0.4, -0.7, false)),
+            (lateral, ROTATION_OUTPUTS, swing(-1.1, 0.3, false)),
+            (lateral, ROTATION_OUTPUTS, swing(0.2, 0.0, true)),
             (regressor, 6, random(6, 6, 1.0)),
+            (joint, JOINT_LEN, family),
         ];
         for (number, (loss, width, targets)) in cases.into_iter().enumerate() {
             let outputs = random(width, 40 + number as u64, 0.7);
@@ -228,10 +357,16 @@ mod tests {
     fn losses_stay_finite_far_from_the_truth() {
         for scale in [1e2, 1e4] {
             let outputs = random(ROTATION_OUTPUTS, 1, scale);
-            assert!(value(rotation, &outputs, &[3.0; ROTATION_TARGETS]).is_finite());
+            for is_aligned in [false, true] {
+                assert!(value(lateral, &outputs, &swing(3.0, -3.0, is_aligned)).is_finite());
+            }
             let outputs = random(SPLIT_OUTPUTS, 2, scale);
             for (low, high) in [(-OPEN_END, -9.0), (-0.001, 0.001), (9.0, OPEN_END)] {
                 assert!(value(split, &outputs, &bin(low, high)).is_finite());
+            }
+            let outputs = random(REACH_OUTPUTS, 3, scale);
+            for (is_heir, low, high) in [(1.0, -OPEN_END, OPEN_END), (-1.0, -0.001, 0.001)] {
+                assert!(value(reach, &outputs, &heir(is_heir, low, high)).is_finite());
             }
         }
     }

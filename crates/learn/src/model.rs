@@ -10,8 +10,9 @@ use deeptree_infer::{Model, ReadWeightsError, Table, Weights, WeightsBuilder};
 
 use crate::checkpoint;
 use crate::report::Report;
+use crate::rotations::Rotations;
 use crate::set::{Corpus, species_numbers};
-use crate::tables::{self, Rotations};
+use crate::tables;
 use crate::tasks::{Lesson, Network};
 use crate::training::{Trained, Trainer, total};
 use crate::{
@@ -54,7 +55,7 @@ pub fn train(
     let train = Corpus::new("training", &set.train, &species, &tip_radius);
     let validation = Corpus::new("validation", &set.validation, &judged, &tip_radius);
     let rotations = match options.kind {
-        Kind::Paper => None,
+        Kind::Paper | Kind::Joint => None,
         Kind::Situated => {
             train.check_pipe_model()?;
             validation.check_pipe_model()?;
@@ -134,6 +135,7 @@ impl Run<'_> {
             train: &*train,
             validation: &*validation,
             schedule: self.options.schedule(network, samples),
+            unread: &self.options.unread(network, self.set.species.len()),
             seed: Seed(self.options.seed),
             validation_samples: self.options.validation_samples,
             device: &self.options.device.device()?,
@@ -157,7 +159,13 @@ impl Run<'_> {
         }
         for Finished { network, trained, .. } in networks {
             for (layer, span) in (0..).zip(trained.mlp.spans()) {
-                let weight = trained.parameters[span.start..span.bias()].to_vec();
+                let mut weight = trained.parameters[span.start..span.bias()].to_vec();
+                if layer == 0 {
+                    // An attribute that was not read must not count, whatever it is.
+                    for rows in self.options.unread(*network, species.len()) {
+                        weight[rows.start * span.outputs..rows.end * span.outputs].fill(0.0);
+                    }
+                }
                 let bias = trained.parameters[span.bias()..span.end()].to_vec();
                 let weight = Table::new(vec![span.inputs, span.outputs], weight)?;
                 let bias = Table::new(vec![span.outputs], bias)?;

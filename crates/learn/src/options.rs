@@ -1,7 +1,9 @@
 //! How to train.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
+use deeptree_graph::signature::{paper, situated};
 use deeptree_infer::ModelKind;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +17,8 @@ pub enum Kind {
     Situated,
     /// As published: a classifier and a cascade of regressors.
     Paper,
+    /// The published classifier and regressors as heads of one network.
+    Joint,
 }
 
 impl From<Kind> for ModelKind {
@@ -22,6 +26,7 @@ impl From<Kind> for ModelKind {
         match kind {
             Kind::Situated => Self::Situated,
             Kind::Paper => Self::Paper,
+            Kind::Joint => Self::Joint,
         }
     }
 }
@@ -73,7 +78,7 @@ pub struct TrainOptions {
 #[serde(deny_unknown_fields, default)]
 pub struct NetworkOptions {
     /// Widths of the hidden layers; otherwise 160-160-160 for kind `paper`, and for kind `situated`
-    /// 128-128 (`existence`), 64-64 (`split`) and 96-96 (`rotation1` …).
+    /// 128-128 (`existence`), 64-64 (`split`, `reach`) and 96-96 (`rotation1` …).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hidden: Option<Vec<usize>>,
     /// Epochs.
@@ -85,6 +90,16 @@ pub struct NetworkOptions {
     /// Learning rate after the warm-up.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learning_rate: Option<f64>,
+    /// The attributes of the node that the network reads, by the names in
+    /// [`deeptree_graph::signature::paper::ATTRIBUTES`], for kind `situated` in
+    /// [`deeptree_graph::signature::situated::ATTRIBUTES`]. The others are zeros in training, and
+    /// the model that is written has no weights for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reads: Option<Vec<String>>,
+    /// Draw nodes with 0, 1, 2 and 3 children equally often; for `existence`, which is calibrated
+    /// without. Only to show what becomes of trees then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub balanced: Option<bool>,
 }
 
 impl TrainOptions {
@@ -118,12 +133,14 @@ impl TrainOptions {
         let epochs = |epochs| NetworkOptions { epochs: Some(epochs), ..NetworkOptions::default() };
         match kind {
             Kind::Situated => Self {
-                networks: [("rotation1", 12), ("rotation2", 4), ("rotation3", 4), ("split", 4)]
-                    .map(|(name, count)| (name.to_owned(), epochs(count)))
-                    .into(),
+                networks: [16, 4, 4, 4, 4]
+                    .into_iter()
+                    .zip(["rotation1", "rotation2", "rotation3", "split", "reach"])
+                    .map(|(count, name)| (name.to_owned(), epochs(count)))
+                    .collect(),
                 ..situated
             },
-            Kind::Paper => Self {
+            Kind::Paper | Kind::Joint => Self {
                 batch: 512,
                 epochs: 6,
                 steps_per_epoch: Some(10_000),
@@ -171,6 +188,10 @@ impl TrainOptions {
             check(rates, "learning_rate", format!("{:?}", one.learning_rate), "above 0")?;
             let widths = one.hidden.iter().flatten().all(|&width| width > 0);
             check(widths, "hidden", format!("{:?}", one.hidden), "widths of at least 1")?;
+            for attribute in one.reads.iter().flatten() {
+                let known = self.attribute(attribute, 1).is_some();
+                check(known, "reads", format!("`{attribute}`"), "an attribute that the kind has")?;
+            }
         }
         known.iter().try_for_each(|&network| {
             let plan = self.schedule(network, 1);
@@ -178,6 +199,29 @@ impl TrainOptions {
             let steps = plan.steps_per_epoch;
             check(steps > 0, "steps_per_epoch", steps.to_string(), "at least 1")
         })
+    }
+
+    /// The inputs that a network does not read, of a model of so many species.
+    pub(crate) fn unread(&self, network: Network, species: usize) -> Vec<Range<usize>> {
+        let Some(reads) = self.networks.get(network.name()).and_then(|own| own.reads.as_ref())
+        else {
+            return Vec::new();
+        };
+        let hidden = |name: &&&str| !reads.iter().any(|read| read == **name);
+        let range = |name: &&str| self.attribute(name, species);
+        let all: &[&str] = match self.kind {
+            Kind::Situated => &situated::ATTRIBUTES,
+            Kind::Paper | Kind::Joint => &paper::ATTRIBUTES,
+        };
+        all.iter().filter(hidden).filter_map(range).collect()
+    }
+
+    /// Where an attribute stands among the inputs.
+    fn attribute(&self, name: &str, species: usize) -> Option<Range<usize>> {
+        match self.kind {
+            Kind::Situated => situated::attribute(name, species),
+            Kind::Paper | Kind::Joint => paper::attribute(name, species),
+        }
     }
 
     /// What holds for one network of so many samples. Without any (no species has children in the

@@ -75,11 +75,13 @@ pub struct NetworkReport {
 /// | `cross_entropy` | existence | mean −ln p of what happened |
 /// | `accuracy` | existence | share of nodes whose class is the likeliest |
 /// | `children_predicted`, `children_actual`, `children_excess` | existence | mean number of children, as predicted and in truth, and the difference |
-/// | `nll` | split, rotation | mean −ln p of what happened, rotations in deviations |
-/// | `residual` | rotation | mean distance from the mixture's mean by component, in deviations |
-/// | `accuracy`, `accuracy_all_three` | classifier | share of children told right at 0.5; of nodes with all three right |
-/// | `mse` | classifier, regressor | mean squared error; regressor: of thickness and length, m² |
-/// | `cosine_distance` | regressor | mean 1 − cos of the quaternions |
+/// | `heir_predicted`, `heir_actual` | reach | share of heirs where it is asked, as predicted and in truth, over all questions |
+/// | `nll` | split, reach, rotation | mean −ln p of what happened, rotations in deviations |
+/// | `aligned_predicted`, `aligned_actual` | rotation | mean probability that a swing is aligned, share that is |
+/// | `accuracy`, `accuracy_all_three` | classifier, joint | share of children told right at 0.5; of nodes with all three right |
+/// | `mse` | classifier, regressor, joint | mean squared error; of thickness and length in m², but for the classifier |
+/// | `existence_mse` | joint | mean squared error of the probabilities of children |
+/// | `cosine_distance` | regressor, joint | mean 1 − cos of the quaternions |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// Samples looked at.
@@ -107,7 +109,8 @@ pub struct ReliabilityBin {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tally {
     samples: u64,
-    sums: Vec<f64>,
+    /// Sum of each value, and of how many samples or parts of samples.
+    sums: Vec<(f64, u64)>,
     /// Count, sum of the probabilities, children that exist.
     bins: [(u64, f64, u64); BINS],
 }
@@ -116,8 +119,19 @@ impl Tally {
     /// Counts one sample with its values, in the order of the task's measures.
     pub(crate) fn count(&mut self, values: &[f64]) {
         self.samples += 1;
-        self.sums.resize(values.len(), 0.0);
-        self.sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
+        self.count_parts(0, &[values]);
+    }
+
+    /// Counts values of the parts that the sample just counted has, such as its children, as the
+    /// measures from `first` on.
+    pub(crate) fn count_parts<V: AsRef<[f64]>>(&mut self, first: usize, parts: &[V]) {
+        for values in parts.iter().map(AsRef::as_ref) {
+            let end = self.sums.len().max(first + values.len());
+            self.sums.resize(end, (0.0, 0));
+            for (sum, value) in self.sums[first..].iter_mut().zip(values) {
+                *sum = (sum.0 + value, sum.1 + 1);
+            }
+        }
     }
 
     /// Notes that a child was predicted with probability `p`, and whether it exists.
@@ -131,8 +145,10 @@ impl Tally {
     /// Adds what another tally counted.
     pub(crate) fn add(&mut self, other: &Self) {
         self.samples += other.samples;
-        self.sums.resize(self.sums.len().max(other.sums.len()), 0.0);
-        self.sums.iter_mut().zip(&other.sums).for_each(|(sum, value)| *sum += value);
+        self.sums.resize(self.sums.len().max(other.sums.len()), (0.0, 0));
+        for (sum, more) in self.sums.iter_mut().zip(&other.sums) {
+            *sum = (sum.0 + more.0, sum.1 + more.1);
+        }
         for (bin, other) in self.bins.iter_mut().zip(&other.bins) {
             *bin = (bin.0 + other.0, bin.1 + other.1, bin.2 + other.2);
         }
@@ -140,7 +156,7 @@ impl Tally {
 
     /// The means, named.
     pub(crate) fn figures(&self, names: &[&str]) -> Figures {
-        let mean = |sum: &f64| sum / self.samples as f64;
+        let mean = |(sum, count): &(f64, u64)| sum / *count as f64;
         let values = names.iter().map(|&name| name.to_owned()).zip(self.sums.iter().map(mean));
         let bin = |&(count, predicted, actual): &(u64, f64, u64)| ReliabilityBin {
             count,

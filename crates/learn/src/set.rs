@@ -2,7 +2,7 @@
 
 use deeptree_graph::signature::situated::Branching;
 use deeptree_graph::signature::{TreeConditions, tip_count};
-use deeptree_graph::{BranchGraph, MAX_CHILDREN, Node, NodeId, TreeTraits};
+use deeptree_graph::{BranchGraph, MAX_CHILDREN, Node, NodeId, TreeTraits, reaches};
 
 use crate::TrainError;
 
@@ -44,6 +44,8 @@ pub(crate) struct Corpus<'a> {
     part: &'static str,
     pub(crate) trees: &'a [BranchGraph],
     pub(crate) conditions: Vec<TreeConditions>,
+    /// How far each node of each tree reaches.
+    reaches: Vec<Vec<u16>>,
     /// Number of the first node of each tree, counted over all trees, and of the end.
     starts: Vec<usize>,
 }
@@ -77,7 +79,8 @@ impl<'a> Corpus<'a> {
             *end += tree.len();
             Some(*end)
         }));
-        Self { part, trees, conditions, starts }
+        let reaches = trees.iter().map(reaches).collect();
+        Self { part, trees, conditions, reaches, starts }
     }
 
     /// How many nodes all trees have.
@@ -91,6 +94,11 @@ impl<'a> Corpus<'a> {
         Spot { tree: tree as u32, node: (number - self.starts[tree]) as NodeId }
     }
 
+    /// The number of a node: the inverse of [`Self::spot`].
+    pub(crate) fn number(&self, spot: Spot) -> usize {
+        self.starts[spot.tree as usize] + spot.node as usize
+    }
+
     /// All nodes that `wanted` accepts.
     pub(crate) fn select(&self, wanted: impl Fn(&Node) -> bool) -> Vec<Spot> {
         let mut spots = Vec::new();
@@ -99,6 +107,17 @@ impl<'a> Corpus<'a> {
             spots.extend(nodes.map(|(id, _)| Spot { tree: tree as u32, node: id as NodeId }));
         }
         spots
+    }
+
+    /// Calls `visit` with each child, its parent, and what their tree's nodes share.
+    pub(crate) fn each_child(&self, mut visit: impl FnMut(&TreeConditions, &Node, &Node)) {
+        for (tree, conditions) in self.trees.iter().zip(&self.conditions) {
+            for child in tree.nodes() {
+                if let Some(parent) = child.parent {
+                    visit(conditions, tree.node(parent), child);
+                }
+            }
+        }
     }
 
     pub(crate) fn node(&self, spot: Spot) -> &'a Node {
@@ -115,16 +134,23 @@ impl<'a> Corpus<'a> {
         &self.conditions[spot.tree as usize]
     }
 
-    /// How the tips of the node at `spot` are shared out.
+    /// Nodes on the longest path below the node at `spot`.
+    pub(crate) fn reach(&self, spot: Spot) -> u16 {
+        self.reaches[spot.tree as usize][spot.node as usize]
+    }
+
+    /// How the tips and the reach of the node at `spot` are shared out.
     pub(crate) fn shares(&self, spot: Spot) -> Shares {
         let radius = self.conditions(spot).tip_radius;
+        let (tree, node) = (&self.trees[spot.tree as usize], self.node(spot));
         let tips = |node: &Node| tip_count(node.thickness, radius);
-        let mut shares = Shares { tips: tips(self.node(spot)), ..Shares::default() };
-        for slot in 0..MAX_CHILDREN {
-            if let Some(child) = self.child(spot, slot) {
-                shares.subset |= 1 << slot;
-                shares.children[slot] = tips(child);
-            }
+        let (tips_here, reach) = (tips(node), self.reach(spot));
+        let mut shares = Shares { tips: tips_here, reach, ..Shares::default() };
+        for (slot, child) in node.children.into_iter().enumerate() {
+            let Some(id) = child else { continue };
+            shares.subset |= 1 << slot;
+            shares.children[slot] = tips(tree.node(id));
+            shares.reaches[slot] = self.reach(Spot { node: id, ..spot });
         }
         shares
     }
@@ -149,14 +175,17 @@ impl<'a> Corpus<'a> {
     }
 }
 
-/// How many tips a node bears, and how many of them each child does.
+/// How many tips a node bears and how far it reaches, and so for each child.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Shares {
     pub(crate) tips: u32,
+    pub(crate) reach: u16,
     /// Bit i: the child in slot i exists.
     pub(crate) subset: u8,
     /// By slot; 0 where there is no child.
     pub(crate) children: [u32; MAX_CHILDREN],
+    /// By slot; 0 where there is no child.
+    pub(crate) reaches: [u16; MAX_CHILDREN],
 }
 
 impl Shares {

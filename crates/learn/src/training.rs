@@ -1,5 +1,6 @@
 //! The training loop of one network.
 
+use std::ops::Range;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -27,6 +28,8 @@ pub(crate) struct Trainer<'a> {
     pub(crate) train: &'a dyn Task,
     pub(crate) validation: &'a dyn Task,
     pub(crate) schedule: Schedule,
+    /// Inputs that the network does not read.
+    pub(crate) unread: &'a [Range<usize>],
     pub(crate) seed: Seed,
     pub(crate) validation_samples: usize,
     pub(crate) device: &'a Device,
@@ -147,6 +150,7 @@ impl Trainer<'_> {
                 task.disturb(noise_draws(self.seed, self.network.key(), position), inputs);
             }
         }
+        buffers.blank(self.unread);
         let (inputs, targets) = buffers.into_tensors(self.device);
         (inputs.autodiff(), targets.autodiff())
     }
@@ -193,6 +197,7 @@ impl Trainer<'_> {
             for (&sample, (inputs, targets)) in chunk.iter().zip(buffers.rows()) {
                 task.encode(sample, inputs, targets);
             }
+            buffers.blank(self.unread);
             let targets = std::mem::take(&mut buffers.targets);
             let outputs = mlp::values(layers.forward(buffers.inputs_tensor(self.device)));
             let rows =
@@ -238,6 +243,13 @@ impl Buffers {
         self.inputs
             .chunks_exact_mut(self.widths.0)
             .zip(self.targets.chunks_exact_mut(self.widths.1))
+    }
+
+    /// Zeros in the place of what is not read.
+    fn blank(&mut self, unread: &[Range<usize>]) {
+        for inputs in self.inputs.chunks_exact_mut(self.widths.0) {
+            unread.iter().for_each(|range| inputs[range.clone()].fill(0.0));
+        }
     }
 
     fn inputs_tensor(self, device: &Device) -> Tensor<2> {

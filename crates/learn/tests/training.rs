@@ -8,9 +8,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use deeptree_graph::signature::inheritance::{self, Inheritance, REACH_LEN, share_bounds};
+use deeptree_graph::signature::paper;
 use deeptree_graph::signature::situated::{self, Branching, CLASSES};
 use deeptree_graph::signature::{TreeConditions, tip_count};
-use deeptree_graph::{BranchGraph, Quat, TreeTraits, Vec3};
+use deeptree_graph::{BranchGraph, Quat, TreeTraits, Vec2, Vec3, reaches};
 use deeptree_infer::{Mlp, ModelKind, ROOT_COLUMNS, Scratch, SimdPath, Weights};
 use deeptree_learn::{
     Kind, NetworkOptions, Silent, TrainError, TrainEvent, TrainOptions, TrainProgress,
@@ -33,8 +35,11 @@ fn figure(model: &TrainedModel, network: &str, name: &str) -> f64 {
 /// Hidden layers of 8, for tests that do not look at what is learned.
 fn tiny(kind: Kind) -> TrainOptions {
     let names = match kind {
-        Kind::Situated => ["existence", "split", "rotation1", "rotation2", "rotation3"].as_slice(),
+        Kind::Situated => {
+            ["existence", "split", "reach", "rotation1", "rotation2", "rotation3"].as_slice()
+        }
         Kind::Paper => &["classifier", "regressor1", "regressor2", "regressor3"],
+        Kind::Joint => &["joint"],
     };
     let own = NetworkOptions { hidden: Some(vec![8, 8]), ..NetworkOptions::default() };
     let networks = names.iter().map(|&name| (name.to_owned(), own.clone())).collect();
@@ -48,36 +53,91 @@ fn tiny(kind: Kind) -> TrainOptions {
     }
 }
 
-/// Mean predicted probability of an end at nodes with one tip, by order, with their number.
-fn ends(tree: &BranchGraph, existence: &Mlp, by_order: &mut BTreeMap<u16, (f64, u32)>) {
-    let conditions = TreeConditions {
+/// What the nodes of a synthetic tree share.
+fn conditions(tree: &BranchGraph) -> TreeConditions {
+    let species = usize::from(tree.info.species == "elm");
+    let tip_radius = synthetic::TIP_RADIUS[species];
+    TreeConditions {
         age: tree.info.age as f32,
         gravitropism: tree.info.gravitropism,
-        species: usize::from(tree.info.species == "elm"),
-        tip_radius: synthetic::TIP_RADIUS[usize::from(tree.info.species == "elm")],
-        root_tips: tip_count(
-            tree.root().thickness,
-            synthetic::TIP_RADIUS[usize::from(tree.info.species == "elm")],
-        ),
+        species,
+        tip_radius,
+        root_tips: tip_count(tree.root().thickness, tip_radius),
         traits: TreeTraits::of(tree),
-    };
-    let mut scratch = Scratch::new();
-    let mut inputs = vec![0.0; situated::len(2)];
-    for node in tree.nodes() {
-        if tip_count(node.thickness, conditions.tip_radius) > 1 {
+    }
+}
+
+/// Mean predicted probabilities of existence, with the number of nodes: of an end at nodes with one
+/// tip, by order; and of a fork at nodes with more.
+#[derive(Default)]
+struct Said {
+    ends: BTreeMap<u16, (f64, u32)>,
+    forks: (f64, u32),
+}
+
+impl Said {
+    fn hear(&mut self, tree: &BranchGraph, existence: &Mlp) {
+        let conditions = conditions(tree);
+        let mut scratch = Scratch::new();
+        let mut inputs = vec![0.0; situated::len(2)];
+        for (node, reach) in tree.nodes().iter().zip(reaches(tree)) {
+            let tips = tip_count(node.thickness, conditions.tip_radius);
+            situated::encode(node, &conditions, reach, 2, &mut inputs);
+            let logits = existence.forward(SimdPath::detect(), &inputs, &mut scratch);
+            let share = |wanted: fn(Branching) -> bool| {
+                let odds = |branching: Branching| f64::from(logits[branching.class()]).exp();
+                let fits = |branching: &Branching| branching.fits(tips, reach);
+                let all = (0..CLASSES).map(Branching::from_class).filter(fits);
+                let some = all.clone().filter(|&branching| wanted(branching));
+                some.map(odds).sum::<f64>() / all.map(odds).sum::<f64>()
+            };
+            let (sum, share) = if tips == 1 {
+                let by_order = self.ends.entry(node.order.min(2)).or_default();
+                (by_order, share(|branching| branching.children() == 0))
+            } else {
+                (&mut self.forks, share(|branching| branching.children() > 1))
+            };
+            *sum = (sum.0 + share, sum.1 + 1);
+        }
+    }
+}
+
+/// Probability that of two children the first is the heir, where each reaches at least k with
+/// probability `on`^k and the farther one reaches `most`:
+/// `P(X = m, Y ≤ m) / P(max(X, Y) = m) = p_m F_m / (F_m² − F_{m−1}²)`.
+fn first_is_heir(on: f64, most: i32) -> f64 {
+    let up_to = |k: i32| 1.0 - on.powi(k + 1);
+    let (own, below) = (up_to(most), up_to(most - 1));
+    (own - below) * own / (own * own - below * below)
+}
+
+/// Differences of the predicted from the true probability of an heir, at forks into two children of
+/// one tip each whose chains have the same law: those of order 2 or more.
+fn heir_errors(tree: &BranchGraph, network: &Mlp) -> Vec<f64> {
+    let conditions = conditions(tree);
+    let mut inputs = vec![0.0; situated::len(2) + REACH_LEN];
+    let mut errors = Vec::new();
+    for (node, reach) in tree.nodes().iter().zip(reaches(tree)) {
+        let tips = tip_count(node.thickness, conditions.tip_radius);
+        if tips != 2 || node.child_count() != 2 || node.order < 2 || reach < 2 {
             continue;
         }
-        situated::encode(node, &conditions, 2, &mut inputs);
-        let logits = existence.forward(SimdPath::detect(), &inputs, &mut scratch);
-        let odds = |class: usize| {
-            let branching = Branching::from_class(class);
-            if branching.is_possible(1) { f64::from(logits[class]).exp() } else { 0.0 }
+        let subset = if node.children[1].is_some() { 0b011 } else { 0b101 };
+        let known = Inheritance {
+            branching: Branching { subset, dropped: 0 },
+            child_tips: node.children.map(|child| u32::from(child.is_some())),
+            reach,
+            slot: 0,
+            earlier: [0; 3],
         };
-        let all: f64 = (0..CLASSES).map(odds).sum();
-        let end = odds(Branching { subset: 0, dropped: 1 }.class());
-        let sum = by_order.entry(node.order.min(2)).or_default();
-        *sum = (sum.0 + end / all, sum.1 + 1);
+        let (own, rest) = inputs.split_at_mut(situated::len(2));
+        situated::encode(node, &conditions, reach, 2, own);
+        inheritance::encode(&known, rest);
+        let logit = network.forward(SimdPath::detect(), &inputs, &mut Scratch::new())[0];
+        let said = 1.0 / (1.0 + f64::from(-logit).exp());
+        errors.push(said - first_is_heir(synthetic::GOES_ON[2], i32::from(reach) - 1));
     }
+    errors
 }
 
 #[test]
@@ -93,53 +153,64 @@ fn situated_networks_find_the_law_of_the_trees() {
     let weights = weights(&model);
     assert_eq!((weights.kind(), weights.species()), (ModelKind::Situated, &set.species[..]));
 
-    // Existence: ends are as frequent as the law has them, at every order.
+    // Existence: over all reaches, ends and forks are as frequent as the law has them.
     let existence = weights.mlp("existence").unwrap();
-    let mut by_order = BTreeMap::new();
-    set.validation.iter().for_each(|tree| ends(tree, &existence, &mut by_order));
-    for (order, (sum, count)) in by_order {
+    let mut said = Said::default();
+    set.validation.iter().for_each(|tree| said.hear(tree, &existence));
+    for (order, (sum, count)) in said.ends {
         let (mean, law) = (sum / f64::from(count), 1.0 - synthetic::GOES_ON[usize::from(order)]);
         assert!((mean - law).abs() < 0.04, "order {order}: {mean} instead of {law}, {count} nodes");
     }
+    let (mean, law) = (said.forks.0 / f64::from(said.forks.1), synthetic::FORKS);
+    assert!((mean - law).abs() < 0.04, "forks: {mean} instead of {law}, {} nodes", said.forks.1);
     assert!(figure(&model, "existence", "children_excess").abs() < 0.02);
     for bin in &model.report.networks["existence"].total.reliability {
         let error = 4.0 * (0.25 / bin.count.max(1) as f64).sqrt();
         assert!((bin.predicted - bin.actual).abs() < 0.03 + error, "{bin:?}");
     }
 
-    // Rotations: Gaussian about the slot's mean, so that in deviations the entropy is that of three
+    // Rotations: Gaussian about the slot's mean, so that in deviations the entropy is that of two
     // standard normal numbers.
-    let entropy = 1.5 * (1.0 + std::f64::consts::TAU.ln());
-    let slots = ["rotation1", "rotation2", "rotation3"];
-    for slot in slots {
+    let entropy = 1.0 + std::f64::consts::TAU.ln();
+    for slot in ["rotation1", "rotation2", "rotation3"] {
         let nll = figure(&model, slot, "nll");
         assert!((nll - entropy).abs() < 0.2, "{slot}: {nll} instead of {entropy}");
     }
-    let (mean, scale) = (
-        weights.table("rotation_mean", &[Some(2), Some(3), Some(4)]).unwrap(),
-        weights.table("rotation_scale", &[Some(2), Some(3), Some(3)]).unwrap(),
-    );
+    let table = |name| weights.table(name, &[Some(2), Some(3), Some(3)]).unwrap();
+    let (mean, scale) = (table("rotation_mean"), table("rotation_scale"));
     for (species, slot) in (0..2).flat_map(|species| (0..3).map(move |slot| (species, slot))) {
-        let q = Quat::from_slice(&mean.row(species)[4 * slot..]);
-        let apart = q.angle_between(synthetic::mean_rotation(species, slot));
+        let law = synthetic::slot(species, slot);
+        let (mean, scale) = (&mean.row(species)[3 * slot..], &scale.row(species)[3 * slot..]);
+        let apart = Vec2::from_slice(mean).distance(law.mean);
         assert!(apart < 0.02, "species {species}, slot {slot}: {apart} rad");
-        let ratio = Vec3::from_slice(&scale.row(species)[3 * slot..]) / synthetic::SPREAD;
-        assert!((ratio - Vec3::ONE).abs().max_element() < 0.1, "{ratio}");
+        assert!(situated::wrapped(mean[2] - law.roll).abs() < 0.02, "{} {}", mean[2], law.roll);
+        let ratio = Vec2::from_slice(scale) / synthetic::SPREAD;
+        assert!((ratio - Vec2::ONE).abs().max_element() < 0.1, "{ratio}");
+        assert!((scale[2] - law.roll_scale).abs() < 0.1 * synthetic::ROLL_SPREAD, "{}", scale[2]);
     }
 
-    // Split: uniform, so that no network can do better than the logarithm of the bins; one that has
-    // found the law comes near.
+    // Split: uniform. The reach of the node tells a little of the shares, so that a network can do
+    // better than the logarithm of the bins, but not by much.
     let uniform = mean_log_bins(&set.validation);
     let nll = figure(&model, "split", "nll");
-    assert!((nll - uniform).abs() < 0.05, "{nll} instead of {uniform}");
+    assert!((uniform - 0.25..uniform + 0.05).contains(&nll), "{nll} instead of {uniform}");
+
+    // Reach: of two chains of one law, the first is the heir as often as can be worked out.
+    let reach = weights.mlp("reach").unwrap();
+    let errors: Vec<f64> =
+        set.validation.iter().flat_map(|tree| heir_errors(tree, &reach)).collect();
+    let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+    assert!(errors.len() > 100 && mean.abs() < 0.05, "{mean}, {} forks", errors.len());
+    let heirs = ["heir_predicted", "heir_actual"].map(|name| figure(&model, "reach", name));
+    assert!((heirs[0] - heirs[1]).abs() < 0.03, "{heirs:?}");
 }
 
-/// Mean logarithm of the number of choices, over all decisions on tips.
+/// Mean logarithm of the number of choices, over all decisions on tips that the reach leaves open.
 fn mean_log_bins(trees: &[BranchGraph]) -> f64 {
     let mut logs = Vec::new();
     for tree in trees {
-        let radius = synthetic::TIP_RADIUS[usize::from(tree.info.species == "elm")];
-        for node in tree.nodes() {
+        let radius = conditions(tree).tip_radius;
+        for (node, reach) in tree.nodes().iter().zip(reaches(tree)) {
             let tips: Vec<u32> = node
                 .children
                 .iter()
@@ -148,11 +219,13 @@ fn mean_log_bins(trees: &[BranchGraph]) -> f64 {
                 .collect();
             for first in 0..tips.len().saturating_sub(1) {
                 let left: u32 = tips[first..].iter().sum();
-                logs.push(f64::from(left + 1 - (tips.len() - first) as u32).ln());
+                let (least, most) = share_bounds(left, (tips.len() - first) as u32, reach);
+                if least < most {
+                    logs.push(f64::from(most - least + 1).ln());
+                }
             }
         }
     }
-    logs.retain(|&log| log > 0.0);
     logs.iter().sum::<f64>() / logs.len() as f64
 }
 
@@ -168,14 +241,116 @@ fn paper_networks_learn_the_means() {
     let model = run(&set, &options);
     assert!(model.report.bytes <= 913_000);
     for slot in ["regressor1", "regressor2", "regressor3"] {
-        // The spread of the rotations alone: 1 − cos of half the angle, E = (σx² + σy² + σz²) / 8.
-        let spread = f64::from(synthetic::SPREAD.length_squared()) / 8.0;
+        // The spread of the rotations alone: 1 − cos of half the angle, E = (σx² + σy² + σ_roll²) / 8.
+        let squares = synthetic::SPREAD.length_squared() + synthetic::ROLL_SPREAD.powi(2);
+        let spread = f64::from(squares) / 8.0;
         let distance = figure(&model, slot, "cosine_distance");
         assert!(distance < 3.0 * spread, "{slot}: {distance}, spread {spread}");
         // Lengths are uniform in 0.5 … 1, variance 1/48; half of the error is the thickness's.
         assert!(figure(&model, slot, "mse") < 1.5 / 96.0);
     }
     assert!(figure(&model, "classifier", "accuracy") > 0.7);
+}
+
+#[test]
+fn the_joint_network_learns_the_means_as_the_regressors_do() {
+    let set = synthetic::set(60);
+    let options = TrainOptions {
+        epochs: 4,
+        steps_per_epoch: Some(200),
+        learning_rate: 1e-3,
+        ..TrainOptions::new(Kind::Joint)
+    };
+    let model = run(&set, &options);
+    assert_eq!(weights(&model).kind(), ModelKind::Joint);
+    // As for the regressors: spread of the rotations, variance of the lengths.
+    let spread = f64::from(synthetic::SPREAD.length_squared()) / 8.0;
+    let distance = figure(&model, "joint", "cosine_distance");
+    assert!(distance < 4.0 * spread, "{distance}, spread {spread}");
+    assert!(figure(&model, "joint", "mse") < 2.0 / 96.0);
+    assert!(figure(&model, "joint", "accuracy") > 0.7);
+}
+
+/// Share of the children of these trees that the file's classifier tells right.
+fn accuracy(classifier: &Mlp, trees: &[BranchGraph]) -> f64 {
+    let (mut right, mut all) = (0, 0);
+    let (mut scratch, mut inputs) = (Scratch::new(), vec![0.0; paper::len(2)]);
+    for tree in trees {
+        for node in tree.nodes() {
+            paper::encode(node, &conditions(tree), 2, &mut inputs);
+            let logits = classifier.forward(SimdPath::detect(), &inputs, &mut scratch);
+            let told = logits
+                .iter()
+                .zip(node.children)
+                .filter(|(logit, c)| (**logit > 0.0) == c.is_some());
+            (right, all) = (right + told.count(), all + 3);
+        }
+    }
+    right as f64 / all as f64
+}
+
+#[test]
+fn an_attribute_that_is_not_read_counts_neither_in_training_nor_in_the_file() {
+    let set = synthetic::set(6);
+    let mut options = TrainOptions { epochs: 2, steps_per_epoch: Some(100), ..tiny(Kind::Paper) };
+    options.learning_rate = 1e-2;
+    let plain = weights(&run(&set, &options)).mlp("classifier").unwrap();
+    let reads = |networks: [(&str, &[&str]); 2]| {
+        let mut options = options.clone();
+        for (network, names) in networks {
+            let own = options.networks.get_mut(network).unwrap();
+            own.reads = Some(names.iter().map(|&name| name.to_owned()).collect());
+        }
+        run(&set, &options)
+    };
+    let model = reads([("classifier", &["p", "mp", "o"]), ("regressor2", &["t", "s"])]);
+    let file = weights(&model);
+    let classifier = file.mlp("classifier").unwrap();
+    assert_ne!(classifier, plain);
+
+    // The file, which is given all attributes, does as well as the training says.
+    let (said, found) =
+        (figure(&model, "classifier", "accuracy"), accuracy(&classifier, &set.validation));
+    assert!((said - found).abs() < 1e-4, "{said} {found}");
+
+    // Whatever stands in the place of an attribute, the bits are those of its absence.
+    let read: [(&str, &[&str]); 2] =
+        [("classifier", &["p", "mp", "o"]), ("regressor2", &["t", "s"])];
+    let mut scratch = Scratch::new();
+    for (network, names) in read {
+        let mlp = file.mlp(network).unwrap();
+        let row: Vec<f32> = (0..mlp.inputs()).map(|i| 0.3 + 0.1 * i as f32).collect();
+        let mut bits = |row: &[f32]| -> Vec<u32> {
+            let outputs = mlp.forward(SimdPath::detect(), row, &mut scratch);
+            outputs.iter().map(|x| x.to_bits()).collect()
+        };
+        let before = bits(&row);
+        for name in paper::ATTRIBUTES {
+            let mut other = row.clone();
+            for x in &mut other[paper::attribute(name, 2).unwrap()] {
+                *x *= -7.5;
+            }
+            assert_eq!(bits(&other) != before, names.contains(&name), "{network}, {name}");
+        }
+    }
+    // A network without a list reads all.
+    assert_eq!(
+        file.mlp("regressor1").unwrap(),
+        weights(&run(&set, &options)).mlp("regressor1").unwrap()
+    );
+}
+
+#[test]
+fn an_unknown_attribute_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    for (kind, network, name) in
+        [(Kind::Paper, "classifier", "x"), (Kind::Situated, "existence", "p")]
+    {
+        let mut options = tiny(kind);
+        options.networks.get_mut(network).unwrap().reads = Some(vec![name.to_owned()]);
+        let error = train(&synthetic::set(2), &options, folder.path(), &Silent).unwrap_err();
+        assert!(error.to_string().contains(&format!("`{name}`")), "{error}");
+    }
 }
 
 /// Stops after an epoch.
@@ -211,7 +386,7 @@ fn in_pieces(set: &TrainingSet, options: &TrainOptions, folder: &Path) -> Traine
 #[test]
 fn a_run_in_pieces_ends_with_the_same_bits() {
     let set = synthetic::set(6);
-    for kind in [Kind::Situated, Kind::Paper] {
+    for kind in [Kind::Situated, Kind::Paper, Kind::Joint] {
         let options = tiny(kind);
         let straight = run(&set, &options);
         let folder = tempfile::tempdir().unwrap();

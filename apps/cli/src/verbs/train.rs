@@ -18,7 +18,7 @@ pub(crate) fn run(args: &Args, verb: &args::Train) -> Result<()> {
 }
 
 #[cfg(feature = "train")]
-mod training {
+pub(super) mod training {
     use std::collections::BTreeMap;
     use std::fmt::Write as _;
     use std::io::Write;
@@ -29,18 +29,22 @@ mod training {
     use deeptree_dataset::{Corpus, CorpusPlan, Split};
     use deeptree_export::write_atomically;
     use deeptree_graph::BranchGraph;
-    use deeptree_learn::{Kind, Processor, TrainEvent, TrainOptions, TrainingSet, train};
+    use deeptree_graph::signature::paper::ATTRIBUTES;
+    use deeptree_learn::{
+        Kind, NetworkOptions, Processor, TrainEvent, TrainOptions, TrainingSet, train,
+    };
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
     use crate::args::{self, Args, UsageError};
     use crate::report;
+    use crate::verbs::unknown_species;
 
     pub(super) fn run(args: &Args, verb: &args::Train) -> Result<()> {
         if verb.output.extension().is_none_or(|extension| extension != "safetensors") {
             bail!(UsageError(format!("{}: a model is a .safetensors file", verb.output.display())));
         }
         let options = options(verb)?;
-        let set = read(args, verb)?;
+        let set = only_species(read(args, verb)?, &verb.species)?;
         let bars = Bars::new(args);
         let checkpoints = beside(&verb.output, "checkpoint");
         let trained = train(&set, &options, &checkpoints, &|event| bars.show(event))?;
@@ -92,12 +96,28 @@ mod training {
     }
 
     fn options(verb: &args::Train) -> Result<TrainOptions> {
-        let kind = if verb.kind == "paper" { Kind::Paper } else { Kind::Situated };
+        let kind = match verb.kind.as_str() {
+            "paper" => Kind::Paper,
+            "joint" => Kind::Joint,
+            _ => Kind::Situated,
+        };
         let mut options = TrainOptions::new(kind);
         options.seed = verb.seed;
         if let Some(epochs) = verb.epochs {
             options.epochs = epochs;
             options.networks.clear();
+        }
+        let networks: [(&str, &[&str], _); 2] = [
+            ("classifier", &["classifier"], &verb.classifier_attributes),
+            ("regressor", &["regressor1", "regressor2", "regressor3"], &verb.regressor_attributes),
+        ];
+        for (what, networks, list) in networks {
+            let Some(reads) = attributes(what, list)? else { continue };
+            if kind != Kind::Paper {
+                let text = format!("--{what}-attributes is for --kind paper only");
+                bail!(UsageError(text));
+            }
+            set_reads(&mut options, networks, &reads);
         }
         if let Some(samples) = verb.samples {
             options.steps_per_epoch = Some(samples.div_ceil(options.batch as u64));
@@ -111,6 +131,57 @@ mod training {
             _ => Processor::Cpu,
         };
         Ok(options)
+    }
+
+    /// The attributes of a list of names separated by commas; none for all.
+    fn attributes(what: &str, list: &str) -> Result<Option<Vec<String>>, UsageError> {
+        if list == "all" {
+            return Ok(None);
+        }
+        let names: Vec<&str> = list.split(',').collect();
+        if let Some(name) = names.iter().find(|name| !ATTRIBUTES.contains(name)) {
+            let known = ATTRIBUTES.join(", ");
+            let text = format!("--{what}-attributes: no attribute '{name}'; there are {known}");
+            return Err(UsageError(text));
+        }
+        Ok(Some(names.into_iter().map(str::to_owned).collect()))
+    }
+
+    /// Lets these networks read these attributes of a node, and no others.
+    pub(crate) fn set_reads(
+        options: &mut TrainOptions,
+        networks: &[&str],
+        reads: &[impl AsRef<str>],
+    ) {
+        let reads: Vec<String> = reads.iter().map(|name| name.as_ref().to_owned()).collect();
+        for network in networks {
+            let own: &mut NetworkOptions =
+                options.networks.entry((*network).to_owned()).or_default();
+            own.reads = Some(reads.clone());
+        }
+    }
+
+    /// What of the set is of these species: a list of names separated by commas, or all.
+    fn only_species(set: TrainingSet, names: &str) -> Result<TrainingSet, UsageError> {
+        if names == "all" {
+            return Ok(set);
+        }
+        let named: Vec<&str> = names.split(',').collect();
+        if let Some(name) =
+            named.iter().find(|name| !set.species.iter().any(|known| known == *name))
+        {
+            return Err(unknown_species(name, &set.species));
+        }
+        let is_named = |name: &String| named.contains(&name.as_str());
+        let of = |trees: Vec<BranchGraph>| {
+            trees.into_iter().filter(|tree| is_named(&tree.info.species)).collect()
+        };
+        Ok(TrainingSet {
+            species: set.species.iter().filter(|name| is_named(name)).cloned().collect(),
+            train: of(set.train),
+            validation: of(set.validation),
+            data_hash: set.data_hash,
+        })
     }
 
     /// The corpora in memory, one set of the species of the first.
@@ -177,14 +248,14 @@ mod training {
     }
 
     /// A bar a network; without a terminal, a line an epoch.
-    struct Bars {
+    pub(crate) struct Bars {
         all: MultiProgress,
         bars: Mutex<BTreeMap<&'static str, ProgressBar>>,
         lines: bool,
     }
 
     impl Bars {
-        fn new(args: &Args) -> Self {
+        pub(crate) fn new(args: &Args) -> Self {
             let all = MultiProgress::new();
             let lines = !args.quiet && !args.json && all.is_hidden();
             if args.quiet || args.json {
@@ -193,7 +264,7 @@ mod training {
             Self { all, bars: Mutex::default(), lines }
         }
 
-        fn show(&self, event: TrainEvent) {
+        pub(crate) fn show(&self, event: TrainEvent) {
             let Ok(mut bars) = self.bars.lock() else { return };
             match event {
                 TrainEvent::Start { network, samples, parameters, steps, epochs_done, .. } => {

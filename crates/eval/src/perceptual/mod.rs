@@ -22,11 +22,13 @@ mod chains;
 mod features;
 mod fitness;
 mod forks;
+mod pooled;
 mod samples;
 #[cfg(test)]
 mod tests;
 mod variable;
 
 pub use features::{BINS, BinEdges, HISTOGRAMS_LEN, STATISTICS, STATISTICS_LEN};
+pub use pooled::{Pooled, Scatter};
 pub use samples::{Common, Samples, Variables};
 pub use variable::{CONSTANT, VARIABLES, Variable, ZERO_MEAN};

@@ -1,6 +1,8 @@
 //! A report: chapters of text, tables, charts and pictures, in one file of HTML.
 
+pub mod chart;
 mod html;
+pub mod picture;
 
 /// A document of chapters.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -18,12 +18,23 @@ pub(super) fn distributions(tree: &BranchGraph, out: &mut Recorder) {
     out.correlation("edge_length/correlation", &edges.collect::<Vec<_>>());
 }
 
+/// Angles below this are none, in radians.
+const STRAIGHT: f64 = 1e-4;
+
 /// Branching angles by slot, their headings around the parent, and the roll of apical frames.
 pub(super) fn angles(tree: &BranchGraph, out: &mut Recorder) {
     for slot in 0..MAX_CHILDREN {
-        let (angles, headings): (Vec<f64>, Vec<f64>) =
-            children(tree).filter(|node| usize::from(node.slot) == slot).map(bend).unzip();
-        out.distribution(&format!("angle_{}", slot + 1), angles);
+        let bends: Vec<(f64, f64)> =
+            children(tree).filter(|node| usize::from(node.slot) == slot).map(bend).collect();
+        // What goes straight on has no heading, but for what rounding makes of none.
+        let bent = bends.iter().filter(|(angle, _)| *angle > STRAIGHT);
+        let headings: Vec<f64> = bent.map(|(_, heading)| *heading).collect();
+        let straight = bends.len() - headings.len();
+        out.push(
+            format!("angle_{}/straight", slot + 1),
+            straight as f64 / bends.len().max(1) as f64,
+        );
+        out.distribution(&format!("angle_{}", slot + 1), bends.iter().map(|b| b.0).collect());
         out.circular(&format!("heading_{}", slot + 1), &headings);
     }
     let rolls: Vec<f64> = children(tree).filter(|node| node.slot == 0).map(roll).collect();

@@ -4,9 +4,10 @@
 //!
 //! - [`paper`]: the attributes of Eq. 1, each scaled to about 1;
 //! - [`situated`]: the same place told so that a small network can use it: integer tip counts of
-//!   the pipe model, one-hots of distances that are nearly whole numbers, and all directions in the
+//!   the pipe model, the reach below the node ([`inheritance`]: how its children inherit it), one-hots of distances that are nearly whole numbers, and all directions in the
 //!   node's own frame, so that nothing depends on the yaw of the tree.
 
+pub mod inheritance;
 pub mod paper;
 pub mod situated;
 
@@ -78,7 +79,7 @@ impl Writer<'_> {
 mod tests {
     use super::*;
     use crate::graph::{BranchGraph, ChildSignature, TreeInfo};
-    use glam::Quat;
+    use glam::{Quat, Vec2};
 
     fn conditions() -> TreeConditions {
         let traits = TreeTraits::of(&tree(0.0));
@@ -109,12 +110,68 @@ mod tests {
         let mut features = [vec![0.0; situated::len(8)], vec![0.0; situated::len(8)]];
         for id in 1..3 {
             for (yaw, out) in [0.0, 2.1].into_iter().zip(&mut features) {
-                situated::encode(tree(yaw).node(id), &conditions(), 8, out);
+                situated::encode(tree(yaw).node(id), &conditions(), 4, 8, out);
             }
             for (a, b) in features[0].iter().zip(&features[1]) {
                 assert!((a - b).abs() < 1e-5, "{a} {b}");
             }
         }
+    }
+
+    #[test]
+    fn situated_attributes_stand_where_they_are_said_to() {
+        use situated::{ATTRIBUTES, attribute};
+        let (node, tree) = (tree(0.3).node(2).clone(), conditions());
+        let features = |node: &crate::Node, tree: &TreeConditions, reach: u16| {
+            let mut out: Vec<f32> = vec![0.0; situated::len(8)];
+            situated::encode(node, tree, reach, 8, &mut out);
+            out
+        };
+        let before = features(&node, &tree, 4);
+        let mut end = 0;
+        for name in ATTRIBUTES {
+            let (mut node, mut tree, mut reach) = (node.clone(), tree, 4);
+            match name {
+                "s" => tree.species = 3,
+                "a" => tree.age += 1.0,
+                "v" => tree.gravitropism += 0.1,
+                "traits" => tree.traits.nodes += 9.0,
+                "n" => node.thickness *= 3.0,
+                "reach" => reach += 1,
+                "ds" => node.branch_distance += 4.0,
+                "df" => node.fork_distance += 4.0,
+                "dr" => node.root_distance += 4.0,
+                "o" => node.order += 1,
+                "mp" => node.sibling_count = if node.sibling_count == 1 { 2 } else { 1 },
+                "slot" => node.slot = (node.slot + 1) % 3,
+                "qp" => node.rotation = Quat::from_xyzw(0.5, 0.5, 0.5, 0.5),
+                "lp" => node.length += 1.0,
+                // A point on the axis, seen from a node that looks along it: only heights change.
+                "place" => continue_at(&mut end, attribute("place", 8)),
+                "frame" => node.orientation *= Quat::from_rotation_x(0.4),
+                other => panic!("{other}"),
+            }
+            let range = attribute(name, 8).unwrap();
+            if name != "place" {
+                assert_eq!(range.start, end, "{name}");
+                end = range.end;
+                let after = features(&node, &tree, reach);
+                let changed: Vec<usize> = (0..after.len())
+                    .filter(|&i| after[i].to_bits() != before[i].to_bits())
+                    .collect();
+                assert!(!changed.is_empty(), "{name}");
+                assert!(changed.iter().all(|i| range.contains(i)), "{name}: {changed:?} {range:?}");
+            }
+        }
+        assert_eq!(end, situated::len(8));
+        assert_eq!(attribute("traits", 8), Some(situated::traits(8)));
+    }
+
+    /// The position is part of two attributes: only where the first of them stands is looked at.
+    fn continue_at(end: &mut usize, range: Option<std::ops::Range<usize>>) {
+        let range = range.unwrap();
+        assert_eq!(range.start, *end);
+        *end = range.end;
     }
 
     #[test]
@@ -127,7 +184,7 @@ mod tests {
     #[test]
     fn encodings_fill_every_feature() {
         let mut out = vec![f32::NAN; situated::len(8)];
-        situated::encode(tree(0.3).node(2), &conditions(), 8, &mut out);
+        situated::encode(tree(0.3).node(2), &conditions(), 4, 8, &mut out);
         assert!(out.iter().all(|x| x.is_finite()));
         let mut out = vec![f32::NAN; paper::len(8)];
         paper::encode(tree(0.3).node(2), &conditions(), 8, &mut out);
@@ -152,13 +209,75 @@ mod tests {
 
     #[test]
     fn turns_and_rotations_are_inverse() {
-        let mean = Quat::from_rotation_z(2.0) * Quat::from_rotation_x(0.4);
-        let scale = Vec3::new(0.2, 0.1, 0.05);
+        let slot = situated::Slot {
+            mean: Vec2::new(0.1, 0.4),
+            roll: 4.2,
+            scale: Vec2::new(0.2, 0.1),
+            roll_scale: 0.15,
+        };
+        let straight = situated::Slot { mean: Vec2::ZERO, ..slot };
+        let tree = tree(0.3);
         for i in 0..50 {
             let f = i as f32;
-            let turn = Vec3::new((f * 0.7).sin(), (f * 1.3).cos(), (f * 2.1).sin()) * 3.0;
-            let back = situated::turn_of(situated::rotation_of(turn, mean, scale), mean, scale);
-            assert!(back.distance(turn) < 1e-4, "{turn} {back}");
+            let swing = Vec2::new((f * 0.7).sin(), (f * 1.3).cos()) * 3.0;
+            let turn = situated::Turn { swing, roll: (f * 2.1).sin() * 3.0 };
+            for slot in [slot, straight] {
+                for node in tree.nodes() {
+                    for sign in [1.0, -1.0] {
+                        let q = slot.rotation(turn, node, -0.2) * sign;
+                        let back = slot.turn(q, node, -0.2);
+                        assert!(back.swing.distance(swing) < 1e-4, "{turn:?} {back:?}");
+                        assert!((back.roll - turn.roll).abs() < 1e-4, "{turn:?} {back:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_shoot_that_is_rolled_then_bent_about_one_axis_is_told_so() {
+        // As the growth model makes an apical child: a roll of −120°, then the apical angle.
+        let apical = Quat::from_rotation_z(-2.0) * Quat::from_rotation_y(0.35);
+        let slot =
+            situated::Slot { mean: Vec2::new(0.0, 0.3), roll: -2.1, ..situated::Slot::PLAIN };
+        let turn = slot.turn(apical, tree(0.0).node(2), 0.0);
+        assert!((turn.roll - 0.1).abs() < 1e-6, "{turn:?}");
+        assert!(turn.swing.distance(Vec2::new(0.0, 0.05)) < 1e-6, "{turn:?}");
+    }
+
+    #[test]
+    fn a_shoot_that_gravity_turns_by_its_part_of_the_angle_to_the_vertical_has_no_swing() {
+        let slot = situated::Slot { roll: -2.0, scale: Vec2::ONE * 0.1, ..situated::Slot::PLAIN };
+        let tree = tree(0.4);
+        let parent = tree.node(2);
+        let front = parent.orientation * Vec3::NEG_Z;
+        let angle = front.angle_between(Vec3::Y);
+        // A third of the way up to the vertical, about the level axis.
+        let up = Quat::from_axis_angle(front.cross(Vec3::Y).normalize(), angle / 3.0);
+        let child = up * parent.orientation * Quat::from_rotation_z(-2.1);
+        let turn = slot.turn(parent.orientation.inverse() * child, parent, -1.0 / 3.0);
+        assert!(turn.swing.length() < 1e-5, "{turn:?}");
+        assert!((turn.roll + 0.1).abs() < 1e-5, "{turn:?}");
+    }
+
+    #[test]
+    fn a_lateral_keeps_its_front() {
+        let slot = situated::Slot {
+            mean: Vec2::new(0.8, 0.0),
+            roll: core::f32::consts::PI,
+            scale: Vec2::new(0.1, 0.05),
+            roll_scale: 0.0,
+        };
+        let tree = tree(0.0);
+        let parent = tree.node(1);
+        for i in 0..50 {
+            let f = i as f32;
+            let bent = Vec3::new((f * 0.7).sin(), (f * 1.3).cos(), 0.2 * (f * 2.1).sin()) * 0.1;
+            let q = Quat::from_rotation_z(core::f32::consts::PI)
+                * Quat::from_rotation_x(0.9)
+                * Quat::from_scaled_axis(bent);
+            let back = slot.rotation(slot.turn(q, parent, -0.3), parent, -0.3);
+            assert!((back * Vec3::NEG_Z).distance(q * Vec3::NEG_Z) < 1e-6);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! From signatures to children: what a model proposes for the nodes of a frontier.
 
+mod joint;
 mod paper;
 mod roots;
 mod sampling;
@@ -12,6 +13,7 @@ use deeptree_graph::{
 use crate::kernels::SimdPath;
 use crate::mlp::{Mlp, Scratch};
 use crate::weights::{ModelKind, ReadWeightsError, Weights};
+use joint::Joint;
 use paper::Paper;
 pub use roots::{ROOT_COLUMNS, Root};
 use situated::Situated;
@@ -27,10 +29,18 @@ pub struct Active<'a> {
     pub seed: Seed,
     /// What all nodes of its tree share.
     pub tree: TreeConditions,
+    /// Nodes on the longest path below it, as its parent has left it; kind `situated` only.
+    pub reach: u16,
 }
 
-/// The children of a node by slot.
-pub type Branchlet = [Option<ChildSignature>; MAX_CHILDREN];
+/// The children of a node, by slot.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Branchlet {
+    /// Their signatures.
+    pub children: [Option<ChildSignature>; MAX_CHILDREN],
+    /// Nodes on the longest path below each; kind `situated` only, otherwise 0.
+    pub reaches: [u16; MAX_CHILDREN],
+}
 
 /// Memory that a prediction works in, and the instruction set it runs on; one for each thread.
 #[derive(Clone, Debug)]
@@ -102,8 +112,8 @@ pub trait Predictor: Sync {
 
     /// Draws the branchlet of each node of the frontier into `branchlets`, in its order.
     ///
-    /// The branchlet of a node depends on that node, its lineage, its tree's seed and conditions
-    /// only: neither on the rest of the frontier nor on the path.
+    /// The branchlet of a node depends on that node, its lineage, its reach, its tree's seed and
+    /// conditions only: neither on the rest of the frontier nor on the path.
     ///
     /// # Errors
     ///
@@ -131,6 +141,7 @@ pub struct Model {
 enum Networks {
     Situated(Situated),
     Paper(Paper),
+    Joint(Joint),
 }
 
 impl Model {
@@ -157,6 +168,7 @@ impl Model {
         let networks = match weights.kind() {
             ModelKind::Situated => Networks::Situated(Situated::new(weights)?),
             ModelKind::Paper => Networks::Paper(Paper::new(weights)?),
+            ModelKind::Joint => Networks::Joint(Joint::new(weights)?),
         };
         let mut hash = [0; 16];
         hash.copy_from_slice(&weights.sha256()[..16]);
@@ -165,6 +177,7 @@ impl Model {
         let weight_count = match &networks {
             Networks::Situated(networks) => networks.weight_count(),
             Networks::Paper(networks) => networks.weight_count(),
+            Networks::Joint(network) => network.weight_count(),
         };
         Ok(Self { species, tip_radius, roots, hash, weight_count, networks })
     }
@@ -175,6 +188,7 @@ impl Model {
         match self.networks {
             Networks::Situated(_) => ModelKind::Situated,
             Networks::Paper(_) => ModelKind::Paper,
+            Networks::Joint(_) => ModelKind::Joint,
         }
     }
 
@@ -209,13 +223,16 @@ impl Predictor for Model {
         branchlets: &mut Vec<Branchlet>,
     ) -> Result<(), Overflow> {
         branchlets.clear();
-        branchlets.resize(frontier.len(), [None; MAX_CHILDREN]);
+        branchlets.resize(frontier.len(), Branchlet::default());
         match &self.networks {
             Networks::Situated(networks) => {
                 networks.branchlets(self.species.len(), frontier, work, branchlets)
             }
             Networks::Paper(networks) => {
                 networks.branchlets(self.species.len(), frontier, work, branchlets)
+            }
+            Networks::Joint(network) => {
+                network.branchlets(self.species.len(), frontier, work, branchlets)
             }
         }
     }

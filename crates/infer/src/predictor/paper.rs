@@ -48,27 +48,26 @@ impl Paper {
         branchlets: &mut [Branchlet],
     ) -> Result<(), Overflow> {
         let features = paper::len(species);
-        work.nodes.resize(frontier.len() * features, 0.0);
-        for (active, row) in frontier.iter().zip(work.nodes.chunks_exact_mut(features)) {
-            paper::encode(active.node, &active.tree, species, row);
-        }
+        encode(species, frontier, work);
         let exists = self.draw_existence(frontier, work)?;
-        for slot in 0..MAX_CHILDREN {
-            let having: Vec<usize> = (0..frontier.len()).filter(|&i| exists[i][slot]).collect();
+        for (slot, regressor) in self.regressors.iter().enumerate() {
+            let having: Vec<usize> =
+                exists.iter().enumerate().filter(|(_, has)| has[slot]).map(|(i, _)| i).collect();
             let outputs = work.run(
-                &self.regressors[slot],
+                regressor,
                 features,
                 &having,
                 |&i| i,
                 |&i, out| {
-                    for (child, out) in branchlets[i].iter().zip(out.chunks_exact_mut(CHILD_LEN)) {
+                    let earlier = branchlets[i].children.iter();
+                    for (child, out) in earlier.zip(out.chunks_exact_mut(CHILD_LEN)) {
                         paper::encode_child(child.as_ref(), out);
                     }
                 },
             );
             for (&i, outputs) in having.iter().zip(outputs.chunks_exact(CHILD_LEN)) {
                 let child = child_signature(outputs).ok_or(Overflow { row: i })?;
-                branchlets[i][slot] = Some(child);
+                branchlets[i].children[slot] = Some(child);
             }
         }
         Ok(())
@@ -84,22 +83,34 @@ impl Paper {
             .iter()
             .zip(logits.chunks_exact(MAX_CHILDREN))
             .enumerate()
-            .map(|(row, (active, logits))| {
-                if logits.iter().any(|logit| logit.is_nan()) {
-                    return Err(Overflow { row });
-                }
-                let mut draws = active.seed.draws(active.lineage, Purpose::Existence);
-                Ok(std::array::from_fn(|slot| {
-                    let p = 1.0 / (1.0 + libm::expf(-logits[slot]));
-                    (draws.uniform() as f32) < p
-                }))
-            })
+            .map(|(row, (active, logits))| draw_children(active, logits).ok_or(Overflow { row }))
             .collect()
     }
 }
 
+/// Encodes the nodes of the frontier, a row each.
+pub(super) fn encode(species: usize, frontier: &[Active<'_>], work: &mut Workspace) {
+    let features = paper::len(species);
+    work.nodes.resize(frontier.len() * features, 0.0);
+    for (active, row) in frontier.iter().zip(work.nodes.chunks_exact_mut(features)) {
+        paper::encode(active.node, &active.tree, species, row);
+    }
+}
+
+/// Which children a node has, from the logits of the three; none when they overflowed.
+pub(super) fn draw_children(active: &Active<'_>, logits: &[f32]) -> Option<[bool; MAX_CHILDREN]> {
+    if logits.iter().any(|logit| logit.is_nan()) {
+        return None;
+    }
+    let mut draws = active.seed.draws(active.lineage, Purpose::Existence);
+    Some(std::array::from_fn(|slot| {
+        let p = 1.0 / (1.0 + libm::expf(-logits[slot]));
+        (draws.uniform() as f32) < p
+    }))
+}
+
 /// The guard rails: a unit quaternion, a thickness above 0, and a length within the growth space.
-fn child_signature(outputs: &[f32]) -> Option<ChildSignature> {
+pub(super) fn child_signature(outputs: &[f32]) -> Option<ChildSignature> {
     if !outputs.iter().all(|x| x.is_finite()) {
         return None;
     }

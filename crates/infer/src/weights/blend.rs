@@ -75,10 +75,7 @@ impl Weights {
                 table.clone()
             } else {
                 let shape = [&[1], &table.shape()[1..]].concat();
-                let values = weighted(&parts, |part| table.row(part.number));
-                let sums = parts.len() > 1;
-                let quaternions = sums && tensor == "rotation_mean" && shape.last() == Some(&4);
-                Table::new(shape, if quaternions { normalized(values) } else { values })?
+                Table::new(shape, weighted(&parts, |part| table.row(part.number)))?
             };
             tables.insert(tensor.clone(), blended);
         }
@@ -150,15 +147,6 @@ fn weighted<'a>(parts: &[Part<'_>], row: impl Fn(&Part<'_>) -> &'a [f32]) -> Vec
     let value =
         |i: usize| parts.iter().map(|p| p.weight * f64::from(row(p)[i])).sum::<f64>() as f32;
     (0..parts.first().map_or(0, |part| row(part).len())).map(value).collect()
-}
-
-/// Quaternions next to each other, made units again.
-fn normalized(mut values: Vec<f32>) -> Vec<f32> {
-    for q in values.chunks_mut(4) {
-        let norm = libm::sqrt(q.iter().map(|x| f64::from(*x) * f64::from(*x)).sum());
-        q.iter_mut().for_each(|x| *x = (f64::from(*x) / norm) as f32);
-    }
-    values
 }
 
 /// What is known of the roots of a species at its own age and gravitropism.

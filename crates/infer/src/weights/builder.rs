@@ -23,6 +23,26 @@ impl WeightsBuilder {
         Self { kind, species, tables: BTreeMap::new() }
     }
 
+    /// A file with all that `weights` hold: to make a model that differs in some tensors.
+    #[must_use]
+    pub fn from_weights(weights: &Weights) -> Self {
+        Self {
+            kind: weights.kind,
+            species: weights.species.clone(),
+            tables: weights.tables.clone(),
+        }
+    }
+
+    /// Takes the network `name` of another model, layer by layer, in the place of its own.
+    pub fn network_of(&mut self, name: &str, other: &Weights) -> &mut Self {
+        let is_layer =
+            |tensor: &str| tensor.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
+        self.tables.retain(|tensor, _| !is_layer(tensor));
+        let layers = other.tables.iter().filter(|(tensor, _)| is_layer(tensor));
+        self.tables.extend(layers.map(|(tensor, table)| (tensor.clone(), table.clone())));
+        self
+    }
+
     /// Sets the tensor `name`.
     pub fn table(&mut self, name: impl Into<String>, table: Table) -> &mut Self {
         self.tables.insert(name.into(), table);

@@ -20,7 +20,7 @@ pub enum ReadWeightsError {
     MissingMetadata { key: &'static str },
     #[error("the model has format `{found}`, this program reads format `1`; use another version")]
     UnknownFormat { found: String },
-    #[error("no kind of model is called `{found}`; there are `situated` and `paper`")]
+    #[error("no kind of model is called `{found}`; there are `situated`, `paper` and `joint`")]
     UnknownKind { found: String },
     #[error(
         "`{name}` cannot be a species in the list `{list}`; names are separated by commas without \

@@ -3,7 +3,7 @@
 //! | metadata | value |
 //! |---|---|
 //! | `format` | `1` |
-//! | `kind` | `situated` or `paper` |
+//! | `kind` | `situated`, `paper` or `joint` |
 //! | `species` | names, separated by commas; S of them |
 //!
 //! | tensor (all `F32`, little-endian) | shape | what |
@@ -49,15 +49,18 @@ pub enum ModelKind {
     Situated,
     /// As the paper has it: a classifier and a cascade of regressors.
     Paper,
+    /// The published classifier and regressors in one network of shared layers.
+    Joint,
 }
 
 impl ModelKind {
-    /// The name in the file: `situated` or `paper`.
+    /// The name in the file: `situated`, `paper` or `joint`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Situated => "situated",
             Self::Paper => "paper",
+            Self::Joint => "joint",
         }
     }
 }
@@ -72,7 +75,7 @@ impl FromStr for ModelKind {
     type Err = ReadWeightsError;
 
     fn from_str(name: &str) -> Result<Self, ReadWeightsError> {
-        [Self::Situated, Self::Paper]
+        [Self::Situated, Self::Paper, Self::Joint]
             .into_iter()
             .find(|kind| kind.name() == name)
             .ok_or_else(|| ReadWeightsError::UnknownKind { found: name.into() })

@@ -27,7 +27,8 @@ impl<'a> Classifier<'a> {
         Self { lesson, groups: (0..=MAX_CHILDREN).map(group).collect() }
     }
 
-    fn spot(&self, sample: usize) -> Spot {
+    /// The node of a sample.
+    pub(super) fn spot(&self, sample: usize) -> Spot {
         let mut index = sample;
         for group in &self.groups {
             match group.get(index) {
@@ -103,19 +104,26 @@ impl Task for Classifier<'_> {
     }
 
     fn measure(&self, outputs: &[f32], targets: &[f32], tally: &mut Tally) {
-        let (mut squares, mut right, mut excess) = (0.0, 0.0, 0.0);
-        for (&logit, &target) in outputs.iter().zip(targets) {
-            let p = 1.0 / (1.0 + (-f64::from(logit)).exp());
-            let actual = target > 0.5;
-            tally.rely(p, actual);
-            squares += (p - f64::from(target)).powi(2);
-            right += f64::from(u8::from((p > 0.5) == actual));
-            excess += p - f64::from(target);
-        }
-        let slots = MAX_CHILDREN as f64;
-        let all = f64::from(u8::from(right >= slots));
-        tally.count(&[squares / slots, right / slots, all, excess]);
+        let values = judge(outputs, targets, tally);
+        tally.count(&values);
     }
+}
+
+/// The measures of one answer: squared error, share of children told right, whether all three are,
+/// and how many children too many.
+pub(super) fn judge(outputs: &[f32], targets: &[f32], tally: &mut Tally) -> [f64; 4] {
+    let (mut squares, mut right, mut excess) = (0.0, 0.0, 0.0);
+    for (&logit, &target) in outputs.iter().zip(targets) {
+        let p = 1.0 / (1.0 + (-f64::from(logit)).exp());
+        let actual = target > 0.5;
+        tally.rely(p, actual);
+        squares += (p - f64::from(target)).powi(2);
+        right += f64::from(u8::from((p > 0.5) == actual));
+        excess += p - f64::from(target);
+    }
+    let slots = MAX_CHILDREN as f64;
+    let all = f64::from(u8::from(right >= slots));
+    [squares / slots, right / slots, all, excess]
 }
 
 /// Adds Gaussian noise to the position.

@@ -4,24 +4,23 @@ use burn::tensor::Tensor;
 use deeptree_graph::MAX_CHILDREN;
 use deeptree_graph::signature::situated::{self, Branching, CLASSES};
 
+use super::classifier::Classifier;
 use super::{Lesson, Task};
 use crate::loss::{self, EXISTENCE_TARGETS, IMPOSSIBLE};
+use crate::order::Order;
 use crate::report::Tally;
 
 /// One sample a node, without balancing: a balanced classifier makes trees that are too large.
 pub(crate) struct Existence<'a> {
     lesson: &'a Lesson<'a>,
-    /// What to add to the logits of a node with 1, 2, 3 and more tips: beyond, nothing changes.
-    masks: [[f32; CLASSES]; 4],
+    /// What picks the nodes where they are balanced after all.
+    balanced: Option<Classifier<'a>>,
 }
 
 impl<'a> Existence<'a> {
     pub(crate) fn new(lesson: &'a Lesson<'a>) -> Self {
-        let mask = |tips, class| {
-            if Branching::from_class(class).is_possible(tips) { 0.0 } else { IMPOSSIBLE }
-        };
-        let masks = std::array::from_fn(|i| std::array::from_fn(|c| mask(i as u32 + 1, c)));
-        Self { lesson, masks }
+        let balanced = lesson.balanced_existence.then(|| Classifier::new(lesson));
+        Self { lesson, balanced }
     }
 }
 
@@ -42,6 +41,13 @@ impl Task for Existence<'_> {
         self.lesson.corpus.nodes()
     }
 
+    fn pick(&self, position: u64, order: &mut Order) -> usize {
+        match &self.balanced {
+            None => order.sample(position),
+            Some(nodes) => self.lesson.corpus.number(nodes.spot(nodes.pick(position, order))),
+        }
+    }
+
     fn species(&self, sample: usize) -> usize {
         self.lesson.conditions(self.lesson.corpus.spot(sample)).species
     }
@@ -53,7 +59,10 @@ impl Task for Existence<'_> {
         let (label, possible) = targets.split_at_mut(CLASSES);
         label.fill(0.0);
         label[shares.branching().class()] = 1.0;
-        possible.copy_from_slice(&self.masks[shares.tips.min(4) as usize - 1]);
+        for (class, possible) in possible.iter_mut().enumerate() {
+            let fits = Branching::from_class(class).fits(shares.tips, shares.reach);
+            *possible = if fits { 0.0 } else { IMPOSSIBLE };
+        }
     }
 
     fn loss(&self, outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
@@ -112,14 +121,5 @@ mod tests {
         let p = probabilities(&outputs, &possible);
         assert!((p[3] - 0.25).abs() < 1e-7 && (p[4] - 0.75).abs() < 1e-7);
         assert_eq!(p.iter().filter(|&&p| p == 0.0).count(), CLASSES - 2);
-    }
-
-    #[test]
-    fn what_is_possible_is_the_same_from_four_tips_on() {
-        for class in (0..CLASSES).map(Branching::from_class) {
-            for tips in 5..100 {
-                assert_eq!(class.is_possible(4), class.is_possible(tips), "{class:?}, {tips}");
-            }
-        }
     }
 }

@@ -3,6 +3,8 @@
 
 mod classifier;
 mod existence;
+mod joint;
+mod reach;
 mod regressor;
 mod rotation;
 mod split;
@@ -12,14 +14,14 @@ pub(crate) use classifier::noise_draws;
 use deeptree_graph::signature::{TreeConditions, situated};
 use deeptree_graph::{Draws, MAX_CHILDREN};
 #[cfg(test)]
-pub(crate) use rotation::judge as judge_turn;
+pub(crate) use rotation::judge as judge_swing;
 #[cfg(test)]
 pub(crate) use split::bin_probability;
 
 use crate::order::Order;
 use crate::report::Tally;
+use crate::rotations::Rotations;
 use crate::set::{Corpus, Spot};
-use crate::tables::Rotations;
 use crate::{Kind, TrainOptions};
 
 /// A network of a model.
@@ -27,11 +29,13 @@ use crate::{Kind, TrainOptions};
 pub(crate) enum Network {
     Existence,
     Split,
+    Reach,
     /// Of the child in a slot.
     Rotation(usize),
     Classifier,
     /// Of the child in a slot.
     Regressor(usize),
+    Joint,
 }
 
 impl Network {
@@ -42,11 +46,12 @@ impl Network {
             Kind::Situated => [Self::Existence]
                 .into_iter()
                 .chain(slots.map(Self::Rotation))
-                .chain([Self::Split])
+                .chain([Self::Split, Self::Reach])
                 .collect(),
             Kind::Paper => {
                 [Self::Classifier].into_iter().chain(slots.map(Self::Regressor)).collect()
             }
+            Kind::Joint => vec![Self::Joint],
         }
     }
 
@@ -56,9 +61,11 @@ impl Network {
         match self {
             Self::Existence => "existence",
             Self::Split => "split",
+            Self::Reach => "reach",
             Self::Rotation(slot) => ROTATIONS[slot],
             Self::Classifier => "classifier",
             Self::Regressor(slot) => REGRESSORS[slot],
+            Self::Joint => "joint",
         }
     }
 
@@ -68,8 +75,10 @@ impl Network {
             Self::Existence => 1,
             Self::Split => 2,
             Self::Rotation(slot) => 3 + slot as u64,
+            Self::Reach => 6,
             Self::Classifier => 11,
             Self::Regressor(slot) => 12 + slot as u64,
+            Self::Joint => 21,
         }
     }
 
@@ -77,10 +86,10 @@ impl Network {
     pub(crate) fn hidden(self) -> &'static [usize] {
         match self {
             Self::Existence => &[128, 128],
-            Self::Split => &[64, 64],
+            Self::Split | Self::Reach => &[64, 64],
             Self::Rotation(_) => &[96, 96],
             // Four networks of 160-160-160 have the 913 kB of the paper.
-            Self::Classifier | Self::Regressor(_) => &[160, 160, 160],
+            Self::Classifier | Self::Regressor(_) | Self::Joint => &[160, 160, 160],
         }
     }
 }
@@ -137,6 +146,8 @@ pub(crate) struct Lesson<'a> {
     /// Of the training trees; kind `situated` only.
     pub(crate) rotations: Option<&'a Rotations>,
     pub(crate) position_noise: f64,
+    /// Whether nodes are balanced by how many children they have.
+    pub(crate) balanced_existence: bool,
 }
 
 impl<'a> Lesson<'a> {
@@ -146,7 +157,10 @@ impl<'a> Lesson<'a> {
         rotations: Option<&'a Rotations>,
         options: &TrainOptions,
     ) -> Self {
-        Self { corpus, species, rotations, position_noise: options.position_noise }
+        let own = options.networks.get(Network::Existence.name());
+        let balanced_existence = own.and_then(|own| own.balanced).unwrap_or(false);
+        let position_noise = options.position_noise;
+        Self { corpus, species, rotations, position_noise, balanced_existence }
     }
 
     /// What `network` learns.
@@ -156,8 +170,10 @@ impl<'a> Lesson<'a> {
                 Box::new(rotation::Rotation::new(self, rotations, slot))
             }
             (Network::Split, _) => Box::new(split::Split::new(self)),
+            (Network::Reach, _) => Box::new(reach::Reach::new(self)),
             (Network::Classifier, _) => Box::new(classifier::Classifier::new(self)),
             (Network::Regressor(slot), _) => Box::new(regressor::Regressor::new(self, slot)),
+            (Network::Joint, _) => Box::new(joint::Joint::new(self)),
             (Network::Existence, _) => Box::new(existence::Existence::new(self)),
             (Network::Rotation(_), None) => {
                 unreachable!("kind `situated`, which has these networks, has their tables")
@@ -172,7 +188,8 @@ impl<'a> Lesson<'a> {
     /// Encodes the node at `spot` as kind `situated` reads it; gives what is left of `inputs`.
     fn encode<'i>(&self, spot: Spot, inputs: &'i mut [f32]) -> &'i mut [f32] {
         let (node, rest) = inputs.split_at_mut(situated::len(self.species));
-        situated::encode(self.corpus.node(spot), self.conditions(spot), self.species, node);
+        let (tree, reach) = (self.conditions(spot), self.corpus.reach(spot));
+        situated::encode(self.corpus.node(spot), tree, reach, self.species, node);
         rest
     }
 }

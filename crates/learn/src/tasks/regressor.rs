@@ -34,7 +34,7 @@ impl<'a> Regressor<'a> {
 /// The cosine loss tells q from −q. The growth model composes the rotations of a slot in the same
 /// way each time, so its signs agree; choosing by the sign of w would tear slot 2 apart, where w is
 /// near 0.
-fn signature(child: &Node) -> ChildSignature {
+pub(super) fn signature(child: &Node) -> ChildSignature {
     ChildSignature { rotation: child.rotation, thickness: child.thickness, length: child.length }
 }
 
@@ -87,10 +87,15 @@ impl Task for Regressor<'_> {
     }
 
     fn measure(&self, outputs: &[f32], targets: &[f32], tally: &mut Tally) {
-        let f = |values: &[f32], i: usize| f64::from(values[i]);
-        let dot = |a: &[f32], b: &[f32]| (0..4).map(|i| f(a, i) * f(b, i)).sum::<f64>();
-        let norm = dot(outputs, outputs).sqrt().max(f64::MIN_POSITIVE);
-        let squares: f64 = (4..6).map(|i| (f(outputs, i) - f(targets, i)).powi(2)).sum();
-        tally.count(&[squares / 2.0, 1.0 - dot(outputs, targets) / norm]);
+        tally.count(&judge(outputs, targets));
     }
+}
+
+/// Mean squared error of thickness and length, and cosine distance of the quaternions.
+pub(super) fn judge(outputs: &[f32], targets: &[f32]) -> [f64; 2] {
+    let f = |values: &[f32], i: usize| f64::from(values[i]);
+    let dot = |a: &[f32], b: &[f32]| (0..4).map(|i| f(a, i) * f(b, i)).sum::<f64>();
+    let norm = dot(outputs, outputs).sqrt().max(f64::MIN_POSITIVE);
+    let squares: f64 = (4..6).map(|i| (f(outputs, i) - f(targets, i)).powi(2)).sum();
+    [squares / 2.0, 1.0 - dot(outputs, targets) / norm]
 }

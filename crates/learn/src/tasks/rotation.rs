@@ -1,16 +1,19 @@
 //! `rotation1` … `rotation3`: how the child in a slot is turned against its parent.
 
 use burn::tensor::Tensor;
-use deeptree_graph::MAX_CHILDREN;
 use deeptree_graph::signature::situated::{
-    self, LOG_SCALE, ROTATION_COMPONENTS, ROTATION_OUTPUTS, Sibling, rotation_len,
+    self, LOG_SCALE, ROTATION_COMPONENTS, ROTATION_OUTPUTS, RotationContext, Sibling, rotation_len,
 };
+use deeptree_graph::{Draws, MAX_CHILDREN};
 
 use super::{Lesson, Task};
 use crate::loss::{self, ROTATION_TARGETS};
 use crate::report::Tally;
+use crate::rotations::Rotations;
 use crate::set::Spot;
-use crate::tables::Rotations;
+
+/// Standard deviation of the noise on the traits; between trees they spread by about 1.
+const TRAIT_NOISE: f64 = 0.3;
 
 /// One sample a child in the slot.
 pub(crate) struct Rotation<'a> {
@@ -50,62 +53,94 @@ impl Task for Rotation<'_> {
 
     fn encode(&self, sample: usize, inputs: &mut [f32], targets: &mut [f32]) {
         let spot = self.parents[sample];
-        let species = self.species(sample);
+        let (node, tree) = (self.lesson.corpus.node(spot), self.lesson.conditions(spot));
         let shares = self.lesson.corpus.shares(spot);
         let sibling = |slot: usize| {
             let child = self.lesson.corpus.child(spot, slot)?;
-            let turn = self.rotations.turn(species, child);
+            let turn = self.rotations.turn(tree, node, child);
             Some(Sibling { tips: shares.children[slot], turn })
         };
         let siblings: [_; MAX_CHILDREN] =
             std::array::from_fn(|slot| if slot <= self.slot { sibling(slot) } else { None });
         let Some(Sibling { tips, turn }) = siblings[self.slot] else { return };
         let rest = self.lesson.encode(spot, inputs);
-        let earlier = &siblings[..self.slot];
-        situated::encode_rotation(shares.branching(), shares.tips, tips, earlier, rest);
-        inputs[situated::traits(self.lesson.species)].fill(0.0);
-        for component in targets.chunks_exact_mut(3) {
-            component.copy_from_slice(&turn.to_array());
+        let context = RotationContext {
+            branching: shares.branching(),
+            parent_tips: shares.tips,
+            tips,
+            parent_reach: shares.reach,
+            reach: shares.reaches[self.slot],
+            slot: self.rotations.slots[tree.species][self.slot],
+            roll: turn.roll,
+            earlier: &siblings[..self.slot],
+        };
+        situated::encode_rotation(node, tree, &context, rest);
+        let (x, rest) = targets.split_at_mut(ROTATION_COMPONENTS);
+        let (y, is_aligned) = rest.split_at_mut(ROTATION_COMPONENTS);
+        x.fill(turn.swing.x);
+        y.fill(turn.swing.y);
+        is_aligned[0] =
+            f32::from(u8::from(self.rotations.is_aligned(tree.species, self.slot, turn)));
+    }
+
+    /// Noise on the traits: eight exact numbers name a training tree, and a network would learn its
+    /// twigs by heart.
+    fn disturb(&self, mut draws: Draws, inputs: &mut [f32]) {
+        for x in &mut inputs[situated::traits(self.lesson.species)] {
+            *x += (TRAIT_NOISE * draws.normal()) as f32;
         }
+    }
+
+    fn is_disturbed(&self) -> bool {
+        true
     }
 
     fn loss(&self, outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
-        loss::rotation(outputs, targets)
+        loss::rotation(outputs, targets, self.slot)
     }
 
     fn measures(&self) -> &'static [&'static str] {
-        &["nll", "residual"]
+        &["nll", "aligned_predicted", "aligned_actual"]
     }
 
     fn measure(&self, outputs: &[f32], targets: &[f32], tally: &mut Tally) {
-        let turn: [f64; 3] = std::array::from_fn(|j| f64::from(targets[j]));
-        let (nll, residual) = judge(outputs, turn);
-        tally.count(&[nll, residual]);
+        let (x, y) = (f64::from(targets[0]), f64::from(targets[ROTATION_COMPONENTS]));
+        let is_aligned = targets[2 * ROTATION_COMPONENTS] > 0.5;
+        let weights = &outputs[..=ROTATION_COMPONENTS];
+        let total: f64 = weights.iter().map(|&w| f64::from(w).exp()).sum();
+        let p = f64::from(weights[ROTATION_COMPONENTS]).exp() / total;
+        tally.rely(p, is_aligned);
+        tally.count(&[
+            judge(outputs, self.slot, x, y, is_aligned),
+            p,
+            f64::from(u8::from(is_aligned)),
+        ]);
     }
 }
 
-/// Negative log-likelihood of a turn, and its mean distance from the mixture's mean by component.
-pub(crate) fn judge(outputs: &[f32], turn: [f64; 3]) -> (f64, f64) {
+/// Negative log-likelihood of a swing.
+pub(crate) fn judge(outputs: &[f32], slot: usize, x: f64, y: f64, is_aligned: bool) -> f64 {
     const K: usize = ROTATION_COMPONENTS;
     let out = |i: usize| f64::from(outputs[i]);
-    let weights: [f64; K] = std::array::from_fn(|i| out(i).exp());
-    let total: f64 = weights.iter().sum();
-    let (mut density, mut mean) = (0.0, [0.0; 3]);
-    for (i, weight) in weights.iter().map(|w| w / total).enumerate() {
-        let mut log = weight.ln();
-        for j in 0..3 {
-            let log_deviation =
-                outputs[4 * K + 3 * i + j].clamp(*LOG_SCALE.start(), *LOG_SCALE.end());
-            let residual = (turn[j] - out(K + 3 * i + j)) / f64::from(log_deviation).exp();
-            log -= 0.5 * residual * residual
-                + f64::from(log_deviation)
-                + 0.5 * core::f64::consts::TAU.ln();
-            mean[j] += weight * out(K + 3 * i + j);
-        }
-        density += log.exp();
+    let log_scale = |i: usize| f64::from(outputs[i].clamp(*LOG_SCALE.start(), *LOG_SCALE.end()));
+    let normal = |e: f64| -0.5 * e * e - 0.5 * core::f64::consts::TAU.ln();
+    let total: f64 = (0..=K).map(|i| out(i).exp()).sum();
+    if is_aligned {
+        let weight = out(K) - total.ln();
+        let log = log_scale(K + 2);
+        let density = if slot == 0 { 0.0 } else { normal((x - out(K + 1)) / log.exp()) - log };
+        return -weight - density;
     }
-    let residual = (0..3).map(|j| (turn[j] - mean[j]).abs()).sum::<f64>() / 3.0;
-    (-density.max(f64::MIN_POSITIVE).ln(), residual)
+    let density: f64 = (0..K)
+        .map(|i| {
+            let row = |r: usize| K + 3 + r * K + i;
+            let (log_x, log_y) = (log_scale(row(2)), log_scale(row(3)));
+            let first = (x - out(row(0))) / log_x.exp();
+            let second = (y - out(row(1))) / log_y.exp() - out(row(4)) * first;
+            (out(i) + normal(first) + normal(second) - log_x - log_y).exp()
+        })
+        .sum();
+    -(density / total).max(f64::MIN_POSITIVE).ln()
 }
 
 #[cfg(test)]
@@ -114,15 +149,23 @@ mod tests {
 
     #[test]
     fn equal_components_are_one_gaussian() {
-        // Mean (1, −2, 0.5), deviation 2 in each of three components, whatever the weights.
+        // Mean (1, −2), deviation 2 in x, and 2 · √(1 + 0.5²) in y of which 1 comes with x.
         const K: usize = ROTATION_COMPONENTS;
-        let mut outputs = vec![0.7, -0.2, 0.0, 3.0];
-        outputs.extend([1.0, -2.0, 0.5].repeat(K));
-        outputs.extend([2f32.ln(); 3 * K]);
-        let (nll, residual) = judge(&outputs, [3.0, -2.0, -1.5]);
-        let squares = (1.0 + 0.0 + 1.0) / 2.0;
-        let closed = squares + 3.0 * 2f64.ln() + 1.5 * core::f64::consts::TAU.ln();
+        let mut outputs = vec![0.7, -0.2, 0.0, 3.0, -60.0, 0.0, 0.0];
+        for value in [1.0, -2.0, 2f32.ln(), 2f32.ln(), 0.5] {
+            outputs.extend([value; K]);
+        }
+        // One deviation off in x, and in y one and a half of its own after what comes with x.
+        let nll = judge(&outputs, 1, 3.0, -2.0 + 2.0 * (0.5 + 1.5), false);
+        let closed = 0.5 + 1.125 + 2.0 * 2f64.ln() + core::f64::consts::TAU.ln();
         assert!((nll - closed).abs() < 1e-6, "{nll} {closed}");
-        assert!((residual - 4.0 / 3.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn what_goes_straight_on_has_a_probability_of_its_own() {
+        let mut outputs = vec![0.0; ROTATION_OUTPUTS];
+        outputs[ROTATION_COMPONENTS] = 4f32.ln();
+        // Odds of 4 against four components of 1.
+        assert!((judge(&outputs, 0, 0.0, 0.0, true) - 2f64.ln()).abs() < 1e-6);
     }
 }

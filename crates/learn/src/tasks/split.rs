@@ -2,6 +2,7 @@
 
 use burn::tensor::Tensor;
 use deeptree_graph::MAX_CHILDREN;
+use deeptree_graph::signature::inheritance::share_bounds;
 use deeptree_graph::signature::situated::{
     self, LOG_SCALE, SPLIT_COMPONENTS, SPLIT_LEN, SPLIT_OUTPUTS,
 };
@@ -25,6 +26,8 @@ struct Decision {
     left: u32,
     after: u32,
     tips: u32,
+    /// Of the node.
+    reach: u16,
 }
 
 impl Decision {
@@ -33,8 +36,11 @@ impl Decision {
         let earlier: u32 = shares.children[..slot].iter().sum();
         let left = shares.tips - u32::from(shares.branching().dropped) - earlier;
         let after = (shares.subset >> (slot + 1)).count_ones();
-        let decision = Self { left, after, tips: shares.children[slot] };
-        let open = shares.branching().has(slot) && after > 0 && decision.bins() > 1;
+        let decision = Self { left, after, tips: shares.children[slot], reach: shares.reach };
+        let is_open = |(least, most)| least < most;
+        let open = shares.branching().has(slot)
+            && after > 0
+            && is_open(share_bounds(left, after + 1, shares.reach));
         open.then_some(decision)
     }
 
@@ -43,22 +49,39 @@ impl Decision {
         self.left - self.after
     }
 
-    /// Logits of the ends of the share that stands for these tips, of `bins` equal ones; the
-    /// outermost are open.
+    /// Which of the equal bins stand for these tips: what lies beyond what the reach of the node
+    /// allows counts for the outermost that it does.
+    fn span(&self) -> (u32, u32) {
+        let (least, most) = share_bounds(self.left, self.after + 1, self.reach);
+        let low = if self.tips == least { 0 } else { self.tips - 1 };
+        let high = if self.tips == most { self.bins() } else { self.tips };
+        (low, high)
+    }
+
+    /// Logits of the ends of the share that stands for these tips; the outermost are open.
     fn ends(&self) -> (f32, f32) {
-        let bins = f64::from(self.bins());
-        let logit = |bin: u32| (f64::from(bin) / (bins - f64::from(bin))).ln() as f32;
-        let open = |bin| logit(bin).clamp(-OPEN_END, OPEN_END);
-        (open(self.tips - 1), open(self.tips))
+        let (low, high) = self.span();
+        (logit(low, self.bins()), logit(high, self.bins()))
     }
 
     /// Difference of the ends, without the error that each has on its own.
     fn width(&self) -> f32 {
-        let (bins, high) = (f64::from(self.bins()), f64::from(self.tips));
-        let low = high - 1.0;
-        let ratio = high * (bins - low) / (low * (bins - high));
-        (ratio.ln() as f32).min(OPEN_END)
+        let (low, high) = self.span();
+        width(low, high, self.bins())
     }
+}
+
+/// Logit of the share of `bin` bins of so many.
+pub(crate) fn logit(bin: u32, bins: u32) -> f32 {
+    let (bin, bins) = (f64::from(bin), f64::from(bins));
+    ((bin / (bins - bin)).ln() as f32).clamp(-OPEN_END, OPEN_END)
+}
+
+/// Difference of the logits of two shares, without the error that each has on its own.
+pub(crate) fn width(low: u32, high: u32, bins: u32) -> f32 {
+    let (low, high, bins) = (f64::from(low), f64::from(high), f64::from(bins));
+    let ratio = high * (bins - low) / (low * (bins - high));
+    (ratio.ln() as f32).min(OPEN_END)
 }
 
 impl<'a> Split<'a> {
@@ -141,7 +164,7 @@ mod tests {
     use super::*;
 
     fn decision(left: u32, after: u32, tips: u32) -> Decision {
-        Decision { left, after, tips }
+        Decision { left, after, tips, reach: 9 }
     }
 
     #[test]
@@ -162,12 +185,21 @@ mod tests {
 
     #[test]
     fn a_triple_fork_gives_two_decisions_and_a_forced_share_gives_none() {
-        let shares = Shares { tips: 10, subset: 0b111, children: [4, 3, 2] };
+        let shares =
+            Shares { reach: 9, tips: 10, subset: 0b111, children: [4, 3, 2], ..Shares::default() };
         assert_eq!(Decision::of(&shares, 0), Some(decision(9, 2, 4)));
         assert_eq!(Decision::of(&shares, 1), Some(decision(5, 1, 3)));
         assert_eq!(Decision::of(&shares, 2), None);
-        let forced = Shares { tips: 2, subset: 0b101, children: [1, 0, 1] };
+        let forced =
+            Shares { reach: 9, tips: 2, subset: 0b101, children: [1, 0, 1], ..Shares::default() };
         assert_eq!(Decision::of(&forced, 0), None);
+        // Children of reach 0 bear three tips at most.
+        let short = Shares { reach: 1, tips: 5, subset: 0b101, children: [2, 0, 3], ..forced };
+        let lower = Decision::of(&short, 0).unwrap();
+        assert_eq!((lower, lower.span()), (Decision { reach: 1, ..decision(5, 1, 2) }, (0, 2)));
+        assert_eq!(Decision { tips: 3, ..lower }.span(), (2, 4));
+        let full = Shares { reach: 1, tips: 6, subset: 0b101, children: [3, 0, 3], ..forced };
+        assert_eq!(Decision::of(&full, 0), None);
     }
 
     #[test]

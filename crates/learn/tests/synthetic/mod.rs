@@ -1,8 +1,10 @@
 //! Trees of a known law that keep the pipe model, for tests and for timing.
 
+use deeptree_graph::signature::situated::{Slot, Turn};
 use deeptree_graph::signature::thickness_of;
 use deeptree_graph::{
-    BranchGraph, ChildSignature, Draws, Lineage, NodeId, Purpose, Quat, Seed, TreeInfo, Vec3,
+    BranchGraph, ChildSignature, Draws, Lineage, Node, NodeId, Purpose, Quat, Seed, TreeInfo, Vec2,
+    Vec3,
 };
 use deeptree_learn::TrainingSet;
 
@@ -17,12 +19,23 @@ pub(crate) const GOES_ON: [f64; 3] = [0.8, 0.55, 0.3];
 /// more.
 pub(crate) const FORKS: f64 = 0.6;
 
-/// Deviations of a child's rotation vector from its slot's mean, in radians.
-pub(crate) const SPREAD: Vec3 = Vec3::new(0.10, 0.05, 0.02);
+/// v of all trees.
+const GRAVITROPISM: f32 = -0.1;
 
-/// Mean rotation of a slot.
-pub(crate) fn mean_rotation(species: usize, slot: usize) -> Quat {
-    Quat::from_rotation_z(2.1 * slot as f32) * Quat::from_rotation_x(0.5 + 0.3 * species as f32)
+/// Deviations of a child's swing from its slot's mean, in radians.
+pub(crate) const SPREAD: Vec2 = Vec2::new(0.10, 0.05);
+
+/// Deviation of an apical child's roll, in radians.
+pub(crate) const ROLL_SPREAD: f32 = 0.15;
+
+/// How rotations lie in a slot.
+pub(crate) fn slot(species: usize, slot: usize) -> Slot {
+    Slot {
+        mean: Vec2::new(0.5 + 0.3 * species as f32, 0.2),
+        roll: 2.1 * slot as f32,
+        scale: SPREAD,
+        roll_scale: if slot == 0 { ROLL_SPREAD } else { 0.0 },
+    }
 }
 
 /// Two species, `trees` training trees each and a quarter as many to judge by, that start with
@@ -45,7 +58,7 @@ fn tree(seed: Seed, species: usize) -> BranchGraph {
     let info = TreeInfo {
         species: ["ash", "elm"][species].into(),
         age: 30 + draws.index(10) as u32,
-        gravitropism: -0.1,
+        gravitropism: GRAVITROPISM,
         seed: seed.0,
     };
     let root = ChildSignature {
@@ -61,7 +74,8 @@ fn tree(seed: Seed, species: usize) -> BranchGraph {
         let shares = shares(own, order, &mut draws);
         let child = |slot: usize| {
             let mut draws = draws.clone().at((3 * id + slot) as u64);
-            (shares[slot] > 0).then(|| signature(species, slot, shares[slot], &mut draws))
+            let parent = &tree.nodes()[id];
+            (shares[slot] > 0).then(|| signature(species, slot, shares[slot], parent, &mut draws))
         };
         tree.grow(id as NodeId, [child(0), child(1), child(2)]);
         tips.extend(shares.into_iter().filter(|&tips| tips > 0));
@@ -96,11 +110,17 @@ fn shares(tips: u32, order: usize, draws: &mut Draws) -> [u32; 3] {
     }
 }
 
-fn signature(species: usize, slot: usize, tips: u32, draws: &mut Draws) -> ChildSignature {
+fn signature(
+    species: usize,
+    number: usize,
+    tips: u32,
+    parent: &Node,
+    draws: &mut Draws,
+) -> ChildSignature {
     let mut normal = || draws.normal() as f32;
-    let turn = SPREAD * Vec3::new(normal(), normal(), normal());
+    let turn = Turn { swing: Vec2::new(normal(), normal()), roll: normal() };
     ChildSignature {
-        rotation: mean_rotation(species, slot) * Quat::from_scaled_axis(turn),
+        rotation: slot(species, number).rotation(turn, parent, GRAVITROPISM),
         thickness: thickness_of(tips, TIP_RADIUS[species]),
         length: 0.5 + 0.5 * draws.uniform() as f32,
     }

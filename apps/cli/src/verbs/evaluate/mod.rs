@@ -1,7 +1,30 @@
 //! `evaluate`: teacher beside learner, beside the paper, chapter by chapter.
 
+#[cfg(feature = "train")]
+mod ablation;
+mod compression;
+mod criteria;
+mod diversity;
+mod estimate;
+mod histograms;
+#[cfg(feature = "train")]
+mod joint;
+#[cfg(feature = "train")]
+mod lab;
+mod measure;
+mod memorisation;
+mod perceptual;
+#[cfg(feature = "train")]
+mod points;
+mod priors;
+mod runtime;
 mod study;
 mod table;
+mod termination;
+mod trees;
+mod two_sample;
+#[cfg(not(feature = "train"))]
+mod untrained;
 
 use std::fs;
 use std::time::Instant;
@@ -13,20 +36,33 @@ use serde_json::json;
 use crate::args::{self, Args, UsageError};
 use crate::report;
 use study::Study;
+#[cfg(not(feature = "train"))]
+use untrained::{ablation, joint};
 
 /// What a chapter is called, and what makes it.
 type Maker = fn(&Study<'_>) -> Result<Chapter>;
 
 /// The chapters of a report, in their order.
-const CHAPTERS: [(&str, Maker); 1] = [("table", table::chapter)];
+const CHAPTERS: [(&str, Maker); 10] = [
+    ("table", table::chapter),
+    ("perceptual", perceptual::chapter),
+    ("two-sample", two_sample::chapter),
+    ("memorisation", memorisation::chapter),
+    ("ablation", ablation::chapter),
+    ("joint", joint::chapter),
+    ("priors", priors::chapter),
+    ("runtime", runtime::chapter),
+    ("compression", compression::chapter),
+    ("diversity", diversity::chapter),
+];
 
 /// Runs the chapters asked for. The page is written anew after each, so that a run that is cut off
 /// leaves what it had; the next one goes on from the parts that are done.
 pub(crate) fn run(args: &Args, verb: &args::Evaluate) -> Result<()> {
     let chosen = chosen(&verb.chapters)?;
+    let study = Study::new(args, verb)?;
     fs::create_dir_all(&verb.output)
         .with_context(|| format!("cannot create the folder {}", verb.output.display()))?;
-    let study = Study::new(args, verb)?;
     let mut page =
         Report { title: "DeepTree: evaluation".to_owned(), facts: study.facts(), chapters: vec![] };
     let start = Instant::now();

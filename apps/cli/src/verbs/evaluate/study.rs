@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::Write;
+use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use deeptree_export::write_atomically;
@@ -11,7 +12,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use crate::args::{self, Args};
+use crate::args::{self, Args, ModelChoice};
 use crate::verbs::{presets, unknown_species};
 
 /// Folder of the parts of a run, in that of the report.
@@ -23,6 +24,8 @@ pub(crate) struct Study<'a> {
     pub(crate) species: Vec<Species>,
     /// The model that is judged; none where only the growth model is measured.
     pub(crate) model: Option<Model>,
+    /// The shipped model of kind `paper`, where it is not the one that is judged.
+    pub(crate) paper: Option<Model>,
 }
 
 impl<'a> Study<'a> {
@@ -35,7 +38,9 @@ impl<'a> Study<'a> {
         {
             return Err(unknown_species(&missing.name, model.species()).into());
         }
-        Ok(Self { args, verb, species, model })
+        let paper = ModelChoice { model: "paper".into(), simd: verb.model.simd }.load()?;
+        let paper = model.as_ref().filter(|model| model.hash() != paper.hash()).map(|_| paper);
+        Ok(Self { args, verb, species, model, paper })
     }
 
     /// The number for a full run, or that for a quick one.
@@ -70,7 +75,6 @@ impl<'a> Study<'a> {
 
     /// The part of this name: read where an earlier run with the same options and model left it,
     /// else made and left for the next.
-    #[expect(dead_code, reason = "the next chapters leave parts")]
     pub(crate) fn part<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
@@ -88,15 +92,59 @@ impl<'a> Study<'a> {
         }
         let value = make()?;
         let part = json!({ "of": of, "value": serde_json::to_value(&value)? });
+        self.leave(&format!("{name}.json"), part.to_string().as_bytes())?;
+        Ok(value)
+    }
+
+    /// Leaves a file among the parts, for a program that reads it, and says where.
+    pub(crate) fn leave(&self, name: &str, bytes: &[u8]) -> Result<PathBuf> {
         let folder = self.verb.output.join(PARTS);
         fs::create_dir_all(&folder)
             .with_context(|| format!("cannot create the folder {}", folder.display()))?;
-        write_atomically(&path, |out| out.write_all(part.to_string().as_bytes()))?;
-        Ok(value)
+        let path = folder.join(name);
+        write_atomically(&path, |out| out.write_all(bytes))?;
+        Ok(path)
     }
 
     /// Writes a file of the report.
     pub(crate) fn save(&self, name: &str, bytes: &[u8]) -> Result<()> {
         Ok(write_atomically(&self.verb.output.join(name), |out| out.write_all(bytes))?)
+    }
+}
+
+/// Places after the point that a number needs for so many digits that count.
+pub(crate) fn places(x: f64, digits: i32) -> usize {
+    let text = format!("{:.*e}", (digits - 1).max(0) as usize, x);
+    let exponent = text.rsplit('e').next().and_then(|part| part.parse::<i32>().ok());
+    (digits - 1 - exponent.unwrap_or(0)).clamp(0, 9) as usize
+}
+
+/// A number to so many digits that count, without zeros at its end.
+pub(crate) fn short(x: f64, digits: i32) -> String {
+    let text = format!("{x:.*}", places(x, digits));
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    #[test]
+    fn numbers_have_the_digits_that_count_and_no_more() {
+        let texts = [
+            short(0.0123456, 3),
+            short(27.68, 2),
+            short(6.13, 2),
+            short(3499.7, 3),
+            short(0.9996, 2),
+            short(0.5, 3),
+            short(-0.000_012_34, 2),
+            short(0.0, 3),
+        ];
+        assert_eq!(texts, ["0.0123", "28", "6.1", "3500", "1", "0.5", "-0.000012", "0"]);
     }
 }

@@ -1,0 +1,277 @@
+//! Chapter 7: what age and gravitropism do to the growth model's trees and to those of the networks.
+
+mod show;
+
+use anyhow::{Context, Result};
+use deeptree_eval::development::Development;
+use deeptree_eval::report::Chapter;
+use deeptree_generate::{GenerateError, Limits, Request, generate, germ};
+use deeptree_graph::{BranchGraph, Seed};
+use deeptree_growth::{GrowError, Parameters, Species, grow};
+use deeptree_infer::{Model, Predictor, Workspace};
+use serde::{Deserialize, Serialize};
+
+use super::estimate::Estimate;
+use super::study::Study;
+use super::trees;
+
+/// Trees of each species, setting and set.
+const FULL: u32 = 40;
+const QUICK: u32 = 3;
+
+/// How far a setting may be from the nearest training tree and still count as trained on: growth
+/// cycles, and gravitropism.
+const NEAR: [f32; 2] = [1.5, 0.03];
+
+/// What is varied; the other one stays as the species has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+enum Axis {
+    Age,
+    Gravitropism,
+}
+
+/// A value of an axis, and the trees that grew there.
+#[derive(Debug, Serialize, Deserialize)]
+struct Setting {
+    axis: Axis,
+    species: String,
+    value: f32,
+    p: Measured,
+    dt: Learner,
+}
+
+/// What the networks made of a setting.
+#[derive(Debug, Serialize, Deserialize)]
+enum Learner {
+    /// There are no networks in this run.
+    NotAsked,
+    /// The model refuses the setting: it has seen this range only.
+    NotSeen { what: String, low: f32, high: f32 },
+    Grown {
+        trees: Measured,
+        /// Some training tree was near the setting.
+        trained: bool,
+    },
+}
+
+/// The numbers of [`Development`] over trees.
+#[derive(Debug, Serialize, Deserialize)]
+struct Measured {
+    numbers: [Estimate; 4],
+    /// Trees of which nothing had grown yet; they are not in the numbers.
+    nothing: u32,
+    /// Trees that their budget cut short; they are in the numbers as far as they got.
+    cut: u32,
+}
+
+pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
+    let mut chapter = Chapter::new("priors", "Priors: age and gravitropism");
+    let species = looked_at(study);
+    let mut settings = Vec::new();
+    for axis in Axis::BOTH {
+        for species in &species {
+            settings.extend(measure(study, axis, species)?);
+        }
+    }
+    show::text(&mut chapter, &settings);
+    for axis in Axis::BOTH {
+        let own: Vec<&Setting> = settings.iter().filter(|s| s.axis == axis).collect();
+        chapter.heading(axis.title());
+        show::charts(&mut chapter, axis, &own)?;
+        let oak = species.iter().find(|species| species.name == "oak").or(species.first());
+        if let Some(species) = oak {
+            show::pictures(study, &mut chapter, axis, species)?;
+        }
+        show::table(&mut chapter, axis, &own);
+    }
+    show::save(study, &settings)?;
+    Ok(chapter)
+}
+
+/// All species of the run; of a quick one oak and willow, or else the first.
+fn looked_at<'a>(study: &'a Study<'_>) -> Vec<&'a Species> {
+    let all: Vec<&Species> = study.species.iter().collect();
+    if !study.verb.quick {
+        return all;
+    }
+    let few = |species: &&&Species| ["oak", "willow"].contains(&species.name.as_str());
+    let few: Vec<&Species> = all.iter().filter(few).copied().collect();
+    if few.is_empty() { all.into_iter().take(1).collect() } else { few }
+}
+
+impl Axis {
+    const BOTH: [Self; 2] = [Self::Age, Self::Gravitropism];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Age => "age",
+            Self::Gravitropism => "gravitropism",
+        }
+    }
+
+    const fn title(self) -> &'static str {
+        match self {
+            Self::Age => "Age",
+            Self::Gravitropism => "Gravitropism",
+        }
+    }
+
+    /// The range of the paper's figure, in steps of its own: 10 to 40 cycles, −0.4 to 0.4.
+    fn values(self, study: &Study<'_>) -> Vec<f32> {
+        let steps: &[i8] = match (self, study.verb.quick) {
+            (Self::Age, false) => &[10, 15, 20, 25, 30, 35, 40],
+            (Self::Age, true) => &[10, 25, 35],
+            (Self::Gravitropism, false) => &[-40, -30, -20, -10, 0, 10, 20, 30, 40],
+            (Self::Gravitropism, true) => &[-40, -10, 20, 40],
+        };
+        let unit = if self == Self::Age { 1.0 } else { 100.0 };
+        steps.iter().map(|&step| f32::from(step) / unit).collect()
+    }
+
+    /// The value, as it is written.
+    fn write(self, value: f32) -> String {
+        match self {
+            Self::Age => format!("{value:.0}"),
+            Self::Gravitropism => format!("{value:+.1}"),
+        }
+    }
+}
+
+/// The species' numbers with one of them set.
+fn parameters(study: &Study<'_>, axis: Axis, species: &Species, value: f32) -> Parameters {
+    let mut parameters = species.parameters(study.verb.profile).clone();
+    match axis {
+        Axis::Age => parameters.age = value,
+        Axis::Gravitropism => parameters.gravitropism = value,
+    }
+    parameters
+}
+
+/// The same setting for the networks: both numbers are given, so that both sides grow under the
+/// same conditions.
+fn request(species: &Species, parameters: &Parameters, seed: u64) -> Request {
+    Request {
+        age: Some(parameters.age as u16),
+        gravitropism: Some(parameters.gravitropism),
+        ..Request::new(&species.name, Seed(seed))
+    }
+}
+
+/// All settings of a species along an axis.
+fn measure(study: &Study<'_>, axis: Axis, species: &Species) -> Result<Vec<Setting>> {
+    let values = axis.values(study);
+    study.part(&format!("priors-{}-{}", axis.name(), species.name), || {
+        values
+            .iter()
+            .map(|&value| {
+                let parameters = parameters(study, axis, species, value);
+                let at = || format!("{} at {} {}", species.name, axis.name(), axis.write(value));
+                Ok(Setting {
+                    axis,
+                    species: species.name.clone(),
+                    value,
+                    p: grown(study, species, &parameters, &at()).with_context(at)?,
+                    dt: generated(study, species, &parameters, &at()).with_context(at)?,
+                })
+            })
+            .collect()
+    })
+}
+
+/// What one tree gives: its numbers if it has grown at all, and whether it was cut short.
+type One = (Option<[f64; 4]>, bool);
+
+fn count(study: &Study<'_>) -> u32 {
+    study.scale(FULL, QUICK).min(study.trees())
+}
+
+fn grown(
+    study: &Study<'_>,
+    species: &Species,
+    parameters: &Parameters,
+    at: &str,
+) -> Result<Measured> {
+    let trees =
+        trees::many(study, &format!("{at} P"), study.verb.seed, count(study), |_, seed| {
+            let tree = teacher_tree(species, parameters, seed)?;
+            Ok((tree.as_ref().map(|(tree, _)| numbers(tree)), tree.is_some_and(|(_, cut)| cut)))
+        })?;
+    Ok(Measured::of(&trees))
+}
+
+/// A tree of the growth model and whether it was cut short; none where nothing has grown yet.
+fn teacher_tree(
+    species: &Species,
+    parameters: &Parameters,
+    seed: u64,
+) -> Result<Option<(BranchGraph, bool)>> {
+    match grow(&species.name, parameters, Seed(seed)) {
+        Ok(grown) => Ok(Some((grown.tree, grown.hit_budget))),
+        Err(GrowError::NothingGrown { .. }) => Ok(None),
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn generated(
+    study: &Study<'_>,
+    species: &Species,
+    parameters: &Parameters,
+    at: &str,
+) -> Result<Learner> {
+    let Some(model) = &study.model else { return Ok(Learner::NotAsked) };
+    if let Err(error) = germ(model, &request(species, parameters, study.verb.seed)) {
+        return match error {
+            GenerateError::OutOfRange { what, low, high, .. } => {
+                Ok(Learner::NotSeen { what: what.to_owned(), low, high })
+            }
+            error => Err(error.into()),
+        };
+    }
+    let count = count(study);
+    let trees = trees::many(study, &format!("{at} DT"), study.verb.seed, count, |work, seed| {
+        let (tree, cut) = learner_tree(model, species, parameters, seed, work)?;
+        Ok((Some(numbers(&tree)), cut))
+    })?;
+    let trained = is_trained_on(model, &species.name, parameters);
+    Ok(Learner::Grown { trees: Measured::of(&trees), trained })
+}
+
+fn learner_tree(
+    model: &Model,
+    species: &Species,
+    parameters: &Parameters,
+    seed: u64,
+    work: &mut Workspace,
+) -> Result<(BranchGraph, bool)> {
+    let request = request(species, parameters, seed);
+    let grown = generate(model, &request, Limits::default(), work)?;
+    Ok((grown.tree, grown.hit_budget))
+}
+
+/// Was there a training tree of nearly this age, and one of nearly this gravitropism?
+fn is_trained_on(model: &Model, species: &str, parameters: &Parameters) -> bool {
+    let Some(number) = model.species().iter().position(|name| name == species) else {
+        return false;
+    };
+    let roots = model.roots(number);
+    let nearest = |distances: &mut dyn Iterator<Item = f32>| distances.fold(f32::MAX, f32::min);
+    let age = nearest(&mut roots.iter().map(|root| (root.age - parameters.age).abs()));
+    let gravitropism =
+        nearest(&mut roots.iter().map(|root| (root.gravitropism - parameters.gravitropism).abs()));
+    age <= NEAR[0] && gravitropism <= NEAR[1]
+}
+
+fn numbers(tree: &BranchGraph) -> [f64; 4] {
+    Development::of(tree).to_array()
+}
+
+impl Measured {
+    fn of(trees: &[One]) -> Self {
+        let alive = || trees.iter().filter_map(|(numbers, _)| *numbers);
+        Self {
+            numbers: std::array::from_fn(|i| Estimate::of(alive().map(move |all| all[i]))),
+            nothing: trees.iter().filter(|(numbers, _)| numbers.is_none()).count() as u32,
+            cut: trees.iter().filter(|(_, cut)| *cut).count() as u32,
+        }
+    }
+}
