@@ -3,10 +3,11 @@
 
 use deeptree_graph::signature::paper::{self, CHILD_LEN, JOINT_LEN};
 use deeptree_graph::signature::{TreeConditions, tip_count};
-use deeptree_graph::{BranchGraph, Lineage, Quat, Seed, TreeInfo, TreeTraits, Vec3};
+use deeptree_graph::{
+    BranchGraph, ChildSignature, Lineage, MAX_CHILDREN, Quat, Seed, TreeInfo, TreeTraits, Vec3,
+};
 use deeptree_infer::{
-    Active, Branchlet, Model, ModelKind, Predictor, ROOT_COLUMNS, Table, Weights, WeightsBuilder,
-    Workspace,
+    Active, Model, ModelKind, Predictor, ROOT_COLUMNS, Table, Weights, WeightsBuilder, Workspace,
 };
 
 /// A model of one species whose single layer ignores what it reads and says `outputs`.
@@ -24,7 +25,7 @@ fn model(kind: ModelKind, networks: &[(&str, usize, &[f32])]) -> Weights {
     Weights::from_bytes(&builder.to_bytes().unwrap()).unwrap()
 }
 
-fn children(weights: &Weights) -> Branchlet {
+fn children(weights: &Weights) -> [Option<ChildSignature>; MAX_CHILDREN] {
     let model = Model::from_weights(weights).unwrap();
     let info = TreeInfo { species: "oak".into(), age: 1, gravitropism: 0.0, seed: 0 };
     let signature = model.roots(0)[0].signature;
@@ -38,10 +39,10 @@ fn children(weights: &Weights) -> Branchlet {
         traits: TreeTraits::of(&tree),
     };
     let (lineage, seed) = (Lineage::ROOT, Seed(3));
-    let active = Active { node: tree.root(), lineage, seed, tree: conditions };
+    let active = Active { node: tree.root(), lineage, seed, tree: conditions, reach: 0 };
     let mut branchlets = Vec::new();
     model.branchlets(&[active], &mut Workspace::default(), &mut branchlets).unwrap();
-    branchlets[0]
+    branchlets[0].children
 }
 
 #[test]
