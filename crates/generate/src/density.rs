@@ -186,6 +186,12 @@ impl Law {
         std::array::from_fn(|i| state[i].clamp(self.bounds.0[i], self.bounds.1[i]))
     }
 
+    /// How far a number is from the mean of number `i` of the states, in standard deviations.
+    pub(crate) fn strain(&self, i: usize, number: f64) -> f64 {
+        let deviation = libm::sqrt(self.covariance[i][i]);
+        if deviation > 0.0 { (number - self.mean[i]).abs() / deviation } else { 0.0 }
+    }
+
     /// What number `i` of the neighbours' states goes from and to.
     pub(crate) fn seen(&self, i: usize) -> (f64, f64) {
         (self.seen.0[i], self.seen.1[i])

@@ -41,7 +41,7 @@ impl Wish {
     }
 
     /// The wish as the number of a state.
-    fn number(&self) -> f64 {
+    pub(crate) fn number(&self) -> f64 {
         let value = f64::from(self.value);
         if self.index == BRANCHES { libm::log(value) } else { value }
     }

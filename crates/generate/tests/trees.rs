@@ -173,6 +173,23 @@ fn trees_come_as_high_as_they_are_asked_to() {
 }
 
 #[test]
+fn trees_that_are_asked_to_be_small_are_younger() {
+    let model = shipped();
+    let mut work = Workspace::default();
+    for asked in [12.0, 15.0, 18.0] {
+        let wishes = Wishes { height: Some(asked), ..Wishes::default() };
+        let trees: Vec<Generated> = (0..12)
+            .map(|seed| Request { wishes, ..request("oak", seed) })
+            .map(|request| generate(&model, &request, Limits::default(), &mut work).unwrap())
+            .collect();
+        let height: f32 = trees.iter().map(|grown| TreeTraits::of(&grown.tree).height).sum();
+        let mean = height / trees.len() as f32;
+        assert!((mean / asked - 1.0).abs() < 0.05, "asked {asked} m, got {mean} m");
+        assert!(trees.iter().all(|grown| grown.tree.info.age < 35));
+    }
+}
+
+#[test]
 fn a_damaged_germ_is_refused() {
     let model = shipped();
     let mut germ = one(&model, "oak", 0).germ;
