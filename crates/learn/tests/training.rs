@@ -143,10 +143,13 @@ fn heir_errors(tree: &BranchGraph, network: &Mlp) -> Vec<f64> {
 #[test]
 fn situated_networks_find_the_law_of_the_trees() {
     let set = synthetic::set(300);
+    // Few nodes fork: without more epochs the warm-up would be all that those networks see.
+    let long = NetworkOptions { epochs: Some(16), ..NetworkOptions::default() };
+    let forking = ["rotation2", "rotation3", "split", "reach"];
     let options = TrainOptions {
         epochs: 4,
         steps_per_epoch: None,
-        networks: BTreeMap::new(),
+        networks: forking.map(|name| (name.to_owned(), long.clone())).into(),
         ..TrainOptions::new(Kind::Situated)
     };
     let model = run(&set, &options);
