@@ -224,6 +224,9 @@ fn generated(
             GenerateError::OutOfRange { what, low, high, .. } => {
                 Ok(Learner::NotSeen { what: what.to_owned(), low, high })
             }
+            GenerateError::NotSeen { near_age: age, .. } => {
+                Ok(Learner::NotSeen { what: "age".to_owned(), low: age, high: age })
+            }
             error => Err(error.into()),
         };
     }
