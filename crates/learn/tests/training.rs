@@ -439,7 +439,7 @@ fn roots_and_tip_radii_are_those_of_the_training_trees() {
         let tree = &set.train[1];
         assert_eq!(tree.info.species, "elm");
         assert_eq!(&roots.row(0)[..4], &tree.root().rotation.to_array());
-        let rest = [tree.root().thickness, 1.0, tree.info.age as f32, -0.1];
+        let rest = [tree.root().thickness, 1.0, tree.info.age as f32, 0.0];
         assert_eq!(&roots.row(0)[4..8], &rest);
         assert_eq!(&roots.row(0)[8..], &TreeTraits::of(tree).to_array());
         assert_eq!(
