@@ -154,22 +154,25 @@ mod tests {
 
     #[test]
     fn answers_are_of_the_questions_that_growth_asks() {
-        let no_heir = |ends, width| Some(Answer { is_heir: Some(false), ends, width });
+        let near = |answer: Option<Answer>, is_heir, low: f32, high: f32, width: f32| {
+            let answer = answer.unwrap();
+            assert_eq!(answer.is_heir, is_heir);
+            for (a, b) in [(answer.ends.0, low), (answer.ends.1, high), (answer.width, width)] {
+                assert!((a - b).abs() < 1e-6, "{answer:?}");
+            }
+        };
         // Of reach 6, five bins before the heir and six after it.
         let late = fork(6, [2, 0, 5]);
         let ln = f32::ln;
-        let ends = (ln(2.0 / 3.0), ln(3.0 / 2.0));
-        assert_eq!(Answer::of(&late, 0), no_heir(ends, ln(9.0 / 4.0)));
-        assert_eq!(Answer::of(&late, 1), no_heir((-OPEN_END, ln(1.0 / 4.0)), OPEN_END));
+        near(Answer::of(&late, 0), Some(false), ln(2.0 / 3.0), ln(3.0 / 2.0), ln(9.0 / 4.0));
+        near(Answer::of(&late, 1), Some(false), -OPEN_END, ln(1.0 / 4.0), OPEN_END);
         assert_eq!(Answer::of(&late, 2), None);
         let early = fork(6, [5, 5, 2]);
         assert_eq!(Answer::of(&early, 0), Some(Answer::HEIR));
-        let ends = (ln(5.0), OPEN_END);
-        let far = Answer { is_heir: None, ends, width: OPEN_END };
-        assert_eq!(Answer::of(&early, 1), Some(far));
+        near(Answer::of(&early, 1), None, ln(5.0), OPEN_END, OPEN_END);
         // Five tips need a reach of 1: what lies below counts for it.
-        let least = Answer::of(&fork(6, [1, 5, 0]), 0).unwrap();
-        assert_eq!(least.ends, (-OPEN_END, ln(2.0 / 3.0)));
+        let least = Answer::of(&fork(6, [1, 5, 0]), 0);
+        near(least, Some(false), -OPEN_END, ln(2.0 / 3.0), OPEN_END);
     }
 
     #[test]

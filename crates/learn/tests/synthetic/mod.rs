@@ -19,8 +19,8 @@ pub(crate) const GOES_ON: [f64; 3] = [0.8, 0.55, 0.3];
 /// more.
 pub(crate) const FORKS: f64 = 0.6;
 
-/// v of all trees.
-const GRAVITROPISM: f32 = -0.1;
+/// v of all trees: none, so that the mean swing of a slot is that of its law.
+const GRAVITROPISM: f32 = 0.0;
 
 /// Deviations of a child's swing from its slot's mean, in radians.
 pub(crate) const SPREAD: Vec2 = Vec2::new(0.10, 0.05);
