@@ -125,7 +125,7 @@ impl<'a> Field<'a> {
         let (youngest, oldest) = range(roots.iter().map(|root| root.age));
         let asked = request.age.map(f32::from);
         check_range(request, "age", asked, (youngest, oldest))?;
-        let gravitropisms = range(roots.iter().map(|root| root.gravitropism));
+        let gravitropisms = rounded_out(range(roots.iter().map(|root| root.gravitropism)));
         check_range(request, "gravitropism", request.gravitropism, gravitropisms)?;
         if let Some(wish) = request.wishes.made().find(|wish| !wish.value.is_finite()) {
             return Err(GenerateError::NotFinite { what: wish.what, value: wish.value });
@@ -184,6 +184,17 @@ fn range(numbers: impl Iterator<Item = f32>) -> (f32, f32) {
     numbers.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
 }
 
+/// A range of numbers drawn from a continuum, which never hits its ends, out to full twentieths; a
+/// single number stays what it is.
+fn rounded_out((low, high): (f32, f32)) -> (f32, f32) {
+    const STEPS: f32 = 20.0;
+    if low < high {
+        (libm::floorf(low * STEPS) / STEPS, libm::ceilf(high * STEPS) / STEPS)
+    } else {
+        (low, high)
+    }
+}
+
 fn check_range(
     request: &Request,
     what: &'static str,
@@ -204,6 +215,12 @@ fn check_range(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ranges_of_draws_reach_their_round_ends() {
+        assert_eq!(rounded_out((-0.3997, 0.3912)), (-0.4, 0.4));
+        assert_eq!(rounded_out((-0.1, -0.1)), (-0.1, -0.1));
+    }
     use crate::density::consistent;
     use crate::density::tests::{TIP, draws, noise, on_the_line, root, scattered};
     use crate::state::HEIGHT;

@@ -9,7 +9,7 @@
 //! | tensor (all `F32`, little-endian) | shape | what |
 //! |---|---|---|
 //! | `tip_radius` | `[S]` | radius of a twig that bears one tip, in metres |
-//! | `roots.<species>` | `[n, 8]` | root signatures: qx, qy, qz, qw, thickness (m), length (m), age (cycles), gravitropism |
+//! | `roots.<species>` | `[n, 15]` | roots: qx, qy, qz, qw, thickness (m), length (m), age (cycles), gravitropism, the seven traits |
 //! | `<network>.<layer>.weight` | `[inputs, outputs]` | layer = 0, 1, 2 … |
 //! | `<network>.<layer>.bias` | `[outputs]` | |
 //! | any other name | any | tables that a model kind asks for by name |
