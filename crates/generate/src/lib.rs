@@ -1,8 +1,9 @@
 //! Growth by network: Algorithm 1 of the paper over whole frontiers.
 //!
-//! A tree starts from a root drawn from the law of its species, age and gravitropism. All nodes that have no children yet form the
-//! frontier; the model draws the branchlets of a whole frontier at once, and the new nodes are the
-//! next frontier, until every branch has ended by itself or the node budget is spent. With a model
+//! A tree starts from a root drawn from the law of its species, age and gravitropism, and grows
+//! level by level: the model draws the branchlets of all nodes of one depth at once, and the new
+//! nodes are the next level, until every branch has ended by itself or the node budget is spent.
+//! What has grown up to a level is what its nodes see of each other. With a model
 //! of kind `situated` every branch ends, as far out as the longest path of the traits says.
 
 #![forbid(unsafe_code)]
@@ -10,14 +11,16 @@
 mod aim;
 mod algebra;
 mod density;
+mod growing;
 mod state;
 mod wish;
 
 use deeptree_graph::signature::{GROWTH_SPACE, TreeConditions, tip_count};
-use deeptree_graph::{BranchGraph, Lineage, Purpose, Seed, TreeInfo, Vec3};
-use deeptree_infer::{Active, Branchlet, Predictor, Root, Workspace};
+use deeptree_graph::{BranchGraph, Lineage, Neighbourhood, Purpose, Seed, TreeInfo, Vec3};
+use deeptree_infer::{Predictor, Root, Workspace};
 
 use aim::Aim;
+use growing::Growing;
 pub use wish::Wishes;
 
 /// Nodes a tree may have unless another budget is asked for.
@@ -228,59 +231,14 @@ pub fn regenerate(
         root_tips: tip_count(germ.root.signature.thickness, tip_radius),
         traits: germ.root.traits,
     };
-    let mut tree = BranchGraph::new(info, Vec3::ZERO, germ.root.signature);
-    // What a child inherits besides its signature.
-    let mut heritage = vec![Heritage { lineage: Lineage::ROOT, reach: germ.root.traits.reach() }];
-    let mut branchlets = Vec::new();
-    // Nodes are in level order, so those without children yet are the tail of the tree.
-    let mut next = 0;
-    let mut hit_budget = false;
-    while next < tree.len() && !hit_budget {
-        let end = tree.len().min(next + limits.batch.max(1));
-        let active = |id: usize| Active {
-            node: &tree.nodes()[id],
-            lineage: heritage[id].lineage,
-            seed: germ.seed,
-            tree: conditions,
-            reach: heritage[id].reach,
-        };
-        let frontier: Vec<Active<'_>> = (next..end).map(active).collect();
-        model
-            .branchlets(&frontier, work, &mut branchlets)
-            .map_err(|overflow| GenerateError::Overflow { node: next + overflow.row })?;
-        hit_budget = add(&mut tree, &mut heritage, next, &branchlets, limits.budget);
-        next = end;
+    let tree = BranchGraph::new(info, Vec3::ZERO, germ.root.signature);
+    let mut growing = Growing::new(tree, conditions, germ.seed);
+    let mut neighbourhood = Neighbourhood::of_a_tree();
+    while growing.enter_level(&mut neighbourhood) {
+        growing.grow_level(model, &neighbourhood, limits, work)?;
     }
+    let (tree, hit_budget) = growing.finish();
     Ok(Generated { tree, germ, hit_budget })
-}
-
-/// What a node has from its parent, beside its signature.
-#[derive(Clone, Copy, Debug)]
-struct Heritage {
-    lineage: Lineage,
-    reach: u16,
-}
-
-/// Adds the branchlets of the nodes from `first` on; true when the budget stopped it.
-fn add(
-    tree: &mut BranchGraph,
-    heritage: &mut Vec<Heritage>,
-    first: usize,
-    branchlets: &[Branchlet],
-    budget: usize,
-) -> bool {
-    for (id, branchlet) in (first..).zip(branchlets) {
-        if tree.len() + branchlet.children.iter().flatten().count() > budget {
-            return true;
-        }
-        let ids = tree.grow(id as u32, branchlet.children);
-        for ((slot, child), reach) in (0u8..).zip(ids).zip(branchlet.reaches) {
-            if child.is_some() {
-                heritage.push(Heritage { lineage: heritage[id].lineage.child(slot), reach });
-            }
-        }
-    }
-    false
 }
 
 /// Refuses roots that no tree starts from, as damaged files can hold.

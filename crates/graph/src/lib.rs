@@ -20,6 +20,7 @@
 
 mod blend;
 pub mod codec;
+mod crowding;
 mod graph;
 mod paths;
 mod reach;
@@ -31,6 +32,7 @@ pub mod testing;
 mod traits;
 
 pub use blend::Share;
+pub use crowding::{Balance, Crowd, Neighbourhood, Sense, senses};
 pub use glam::{Quat, Vec2, Vec3};
 pub use graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, TreeInfo};
 pub use paths::{Path, branches, chains};

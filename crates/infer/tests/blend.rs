@@ -8,7 +8,7 @@ use deeptree_graph::signature::inheritance::{REACH_LEN, REACH_OUTPUTS};
 use deeptree_graph::signature::situated::{self, LENGTH_ORDERS};
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::testing::random_tree;
-use deeptree_graph::{Lineage, MAX_CHILDREN, Seed, Share, TreeTraits};
+use deeptree_graph::{Lineage, MAX_CHILDREN, Seed, Sense, Share, TreeTraits};
 use deeptree_infer::{
     Active, Branchlet, Model, ModelKind, Predictor, ROOT_COLUMNS, Scratch, SimdPath, Table,
     Weights, WeightsBuilder, Workspace,
@@ -83,7 +83,8 @@ fn branchlets(model: &Model, species: usize) -> Vec<Branchlet> {
         traits: TreeTraits::of(&tree),
     };
     let (lineage, seed) = (Lineage::ROOT, Seed(3));
-    let active = |node| Active { node, lineage, seed, tree: conditions, reach: 12 };
+    let sense = Sense::default();
+    let active = |node| Active { node, lineage, seed, tree: conditions, reach: 12, sense };
     let frontier: Vec<Active<'_>> = tree.nodes().iter().map(active).collect();
     let mut branchlets = Vec::new();
     model.branchlets(&frontier, &mut Workspace::default(), &mut branchlets).unwrap();

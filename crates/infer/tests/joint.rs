@@ -4,7 +4,8 @@
 use deeptree_graph::signature::paper::{self, CHILD_LEN, JOINT_LEN};
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{
-    BranchGraph, ChildSignature, Lineage, MAX_CHILDREN, Quat, Seed, TreeInfo, TreeTraits, Vec3,
+    BranchGraph, ChildSignature, Lineage, MAX_CHILDREN, Quat, Seed, Sense, TreeInfo, TreeTraits,
+    Vec3,
 };
 use deeptree_infer::{
     Active, Model, ModelKind, Predictor, ROOT_COLUMNS, Table, Weights, WeightsBuilder, Workspace,
@@ -39,7 +40,8 @@ fn children(weights: &Weights) -> [Option<ChildSignature>; MAX_CHILDREN] {
         traits: TreeTraits::of(&tree),
     };
     let (lineage, seed) = (Lineage::ROOT, Seed(3));
-    let active = Active { node: tree.root(), lineage, seed, tree: conditions, reach: 0 };
+    let sense = Sense::default();
+    let active = Active { node: tree.root(), lineage, seed, tree: conditions, reach: 0, sense };
     let mut branchlets = Vec::new();
     model.branchlets(&[active], &mut Workspace::default(), &mut branchlets).unwrap();
     branchlets[0].children

@@ -2,7 +2,9 @@
 
 use deeptree_graph::signature::situated::Branching;
 use deeptree_graph::signature::{TreeConditions, tip_count};
-use deeptree_graph::{BranchGraph, MAX_CHILDREN, Node, NodeId, TreeTraits, reaches};
+use deeptree_graph::{
+    BranchGraph, MAX_CHILDREN, Node, NodeId, Sense, TreeTraits, reaches, senses as senses_of,
+};
 
 use crate::TrainError;
 
@@ -46,6 +48,8 @@ pub(crate) struct Corpus<'a> {
     pub(crate) conditions: Vec<TreeConditions>,
     /// How far each node of each tree reaches.
     reaches: Vec<Vec<u16>>,
+    /// What each node of each tree saw.
+    senses: Vec<Vec<Sense>>,
     /// Number of the first node of each tree, counted over all trees, and of the end.
     starts: Vec<usize>,
 }
@@ -73,14 +77,17 @@ impl<'a> Corpus<'a> {
             root_tips: tip_count(tree.root().thickness, tip_radius[species]),
             traits: TreeTraits::of(tree),
         });
-        let conditions = conditions.collect();
+        let conditions: Vec<TreeConditions> = conditions.collect();
         let mut starts = vec![0];
         starts.extend(trees.iter().scan(0, |end, tree| {
             *end += tree.len();
             Some(*end)
         }));
-        let reaches = trees.iter().map(reaches).collect();
-        Self { part, trees, conditions, reaches, starts }
+        let reaches: Vec<Vec<u16>> = trees.iter().map(reaches).collect();
+        let senses = trees.iter().zip(&conditions).zip(&reaches);
+        let senses = senses.map(|((tree, all), reaches)| senses_of(tree, all.tip_radius, reaches));
+        let senses = senses.collect();
+        Self { part, trees, conditions, reaches, senses, starts }
     }
 
     /// How many nodes all trees have.
@@ -137,6 +144,11 @@ impl<'a> Corpus<'a> {
     /// Nodes on the longest path below the node at `spot`.
     pub(crate) fn reach(&self, spot: Spot) -> u16 {
         self.reaches[spot.tree as usize][spot.node as usize]
+    }
+
+    /// What the node at `spot` saw of what had grown so far.
+    pub(crate) fn sense(&self, spot: Spot) -> &Sense {
+        &self.senses[spot.tree as usize][spot.node as usize]
     }
 
     /// How the tips and the reach of the node at `spot` are shared out.

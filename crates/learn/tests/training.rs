@@ -80,9 +80,11 @@ impl Said {
         let conditions = conditions(tree);
         let mut scratch = Scratch::new();
         let mut inputs = vec![0.0; situated::len(2)];
-        for (node, reach) in tree.nodes().iter().zip(reaches(tree)) {
+        let reaches = reaches(tree);
+        let senses = senses(tree, conditions.tip_radius, &reaches);
+        for ((node, reach), sense) in tree.nodes().iter().zip(reaches).zip(&senses) {
             let tips = tip_count(node.thickness, conditions.tip_radius);
-            situated::encode(node, &conditions, reach, 2, &mut inputs);
+            situated::encode(node, &conditions, reach, sense, 2, &mut inputs);
             let logits = existence.forward(SimdPath::detect(), &inputs, &mut scratch);
             let share = |wanted: fn(Branching) -> bool| {
                 let odds = |branching: Branching| f64::from(logits[branching.class()]).exp();
@@ -117,7 +119,9 @@ fn heir_errors(tree: &BranchGraph, network: &Mlp) -> Vec<f64> {
     let conditions = conditions(tree);
     let mut inputs = vec![0.0; situated::len(2) + REACH_LEN];
     let mut errors = Vec::new();
-    for (node, reach) in tree.nodes().iter().zip(reaches(tree)) {
+    let reaches = reaches(tree);
+    let senses = senses(tree, conditions.tip_radius, &reaches);
+    for ((node, reach), sense) in tree.nodes().iter().zip(reaches).zip(&senses) {
         let tips = tip_count(node.thickness, conditions.tip_radius);
         if tips != 2 || node.child_count() != 2 || node.order < 2 || reach < 2 {
             continue;
@@ -131,7 +135,7 @@ fn heir_errors(tree: &BranchGraph, network: &Mlp) -> Vec<f64> {
             earlier: [0; 3],
         };
         let (own, rest) = inputs.split_at_mut(situated::len(2));
-        situated::encode(node, &conditions, reach, 2, own);
+        situated::encode(node, &conditions, reach, sense, 2, own);
         inheritance::encode(&known, rest);
         let logit = network.forward(SimdPath::detect(), &inputs, &mut Scratch::new())[0];
         let said = 1.0 / (1.0 + f64::from(-logit).exp());
@@ -213,7 +217,9 @@ fn mean_log_bins(trees: &[BranchGraph]) -> f64 {
     let mut logs = Vec::new();
     for tree in trees {
         let radius = conditions(tree).tip_radius;
-        for (node, reach) in tree.nodes().iter().zip(reaches(tree)) {
+        let reaches = reaches(tree);
+        let senses = senses(tree, conditions.tip_radius, &reaches);
+        for ((node, reach), sense) in tree.nodes().iter().zip(reaches).zip(&senses) {
             let tips: Vec<u32> = node
                 .children
                 .iter()

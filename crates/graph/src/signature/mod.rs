@@ -78,6 +78,7 @@ impl Writer<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::crowding::{Crowd, Sense};
     use crate::graph::{BranchGraph, ChildSignature, TreeInfo};
     use glam::{Quat, Vec2};
 
@@ -85,6 +86,17 @@ mod tests {
         let traits = TreeTraits::of(&tree(0.0));
         let (species, tip_radius, root_tips) = (2, 0.01, 9);
         TreeConditions { age: 35.0, gravitropism: -0.1, species, tip_radius, root_tips, traits }
+    }
+
+    /// What has grown so far, turned by `yaw` about the vertical.
+    fn sense(yaw: f32) -> Sense {
+        let turned = |x, y, z| Quat::from_rotation_y(yaw) * Vec3::new(x, y, z);
+        Sense {
+            centre: turned(0.3, 4.0, -0.2),
+            outlook: turned(1.5, 9.0, 0.7),
+            near: Crowd { nodes: 7, towards: turned(0.2, -0.4, 0.1) },
+            wide: Crowd { nodes: 80, towards: turned(-1.0, 3.0, 2.0) },
+        }
     }
 
     /// A trunk of two internodes with one lateral, turned by `yaw` about the vertical.
@@ -110,7 +122,7 @@ mod tests {
         let mut features = [vec![0.0; situated::len(8)], vec![0.0; situated::len(8)]];
         for id in 1..3 {
             for (yaw, out) in [0.0, 2.1].into_iter().zip(&mut features) {
-                situated::encode(tree(yaw).node(id), &conditions(), 4, 8, out);
+                situated::encode(tree(yaw).node(id), &conditions(), 4, &sense(yaw), 8, out);
             }
             for (a, b) in features[0].iter().zip(&features[1]) {
                 assert!((a - b).abs() < 1e-5, "{a} {b}");
@@ -122,15 +134,16 @@ mod tests {
     fn situated_attributes_stand_where_they_are_said_to() {
         use situated::{ATTRIBUTES, attribute};
         let (node, tree) = (tree(0.3).node(2).clone(), conditions());
-        let features = |node: &crate::Node, tree: &TreeConditions, reach: u16| {
+        let features = |node: &crate::Node, tree: &TreeConditions, reach: u16, sense: &Sense| {
             let mut out: Vec<f32> = vec![0.0; situated::len(8)];
-            situated::encode(node, tree, reach, 8, &mut out);
+            situated::encode(node, tree, reach, sense, 8, &mut out);
             out
         };
-        let before = features(&node, &tree, 4);
+        let before = features(&node, &tree, 4, &sense(0.3));
         let mut end = 0;
         for name in ATTRIBUTES {
             let (mut node, mut tree, mut reach) = (node.clone(), tree, 4);
+            let mut sense = sense(0.3);
             match name {
                 "s" => tree.species = 3,
                 "a" => tree.age += 1.0,
@@ -149,13 +162,18 @@ mod tests {
                 // A point on the axis, seen from a node that looks along it: only heights change.
                 "place" => continue_at(&mut end, attribute("place", 8)),
                 "frame" => node.orientation *= Quat::from_rotation_x(0.4),
+                "sense" => sense.outlook.x += 1.0,
                 other => panic!("{other}"),
             }
-            let range = attribute(name, 8).unwrap();
+            let mut range = attribute(name, 8).unwrap();
             if name != "place" {
                 assert_eq!(range.start, end, "{name}");
                 end = range.end;
-                let after = features(&node, &tree, reach);
+                if name == "frame" {
+                    // The next attribute is told in the node's own frame too.
+                    range.end = attribute("sense", 8).unwrap().end;
+                }
+                let after = features(&node, &tree, reach, &sense);
                 let changed: Vec<usize> = (0..after.len())
                     .filter(|&i| after[i].to_bits() != before[i].to_bits())
                     .collect();
@@ -184,7 +202,7 @@ mod tests {
     #[test]
     fn encodings_fill_every_feature() {
         let mut out = vec![f32::NAN; situated::len(8)];
-        situated::encode(tree(0.3).node(2), &conditions(), 4, 8, &mut out);
+        situated::encode(tree(0.3).node(2), &conditions(), 4, &sense(0.3), 8, &mut out);
         assert!(out.iter().all(|x| x.is_finite()));
         let mut out = vec![f32::NAN; paper::len(8)];
         paper::encode(tree(0.3).node(2), &conditions(), 8, &mut out);

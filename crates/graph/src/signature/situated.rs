@@ -12,6 +12,7 @@
 use glam::{Quat, Vec2, Vec3};
 
 use super::{TreeConditions, Writer, tip_count};
+use crate::crowding::{Crowd, Sense};
 use crate::graph::{MAX_CHILDREN, Node};
 use crate::reach::most_tips;
 use crate::traits::TreeTraits;
@@ -47,16 +48,20 @@ pub const fn len(species: usize) -> usize {
         + 2
         + 9
         + 3
+        + SENSE_LEN
 }
+
+/// The crown's centre, its outlook twice, and two crowds of a number and a direction.
+const SENSE_LEN: usize = 3 + 3 + 3 + 2 * 4;
 
 /// What [`encode`] writes, in its order, by the paper's symbols without subscripts where it has
 /// them; `traits` with the tips of the whole tree, `n` the node's tips, `reach` the
 /// longest path below, `df` the distance to the
 /// last fork, `place` height and distance from the axis, `frame` what is told in the node's own
-/// frame.
-pub const ATTRIBUTES: [&str; 16] = [
+/// frame, `sense` what has grown so far.
+pub const ATTRIBUTES: [&str; 17] = [
     "s", "a", "v", "traits", "n", "reach", "ds", "df", "dr", "o", "mp", "slot", "qp", "lp",
-    "place", "frame",
+    "place", "frame", "sense",
 ];
 
 /// Where the attribute of this name stands in [`encode`]; none for a name not in [`ATTRIBUTES`].
@@ -80,6 +85,7 @@ pub fn attribute(name: &str, species: usize) -> Option<std::ops::Range<usize>> {
         1,
         2,
         12,
+        SENSE_LEN,
     ];
     let index = ATTRIBUTES.iter().position(|known| *known == name)?;
     let start = widths[..index].iter().sum();
@@ -92,7 +98,7 @@ pub fn attribute(name: &str, species: usize) -> Option<std::ops::Range<usize>> {
 /// the reach and a one-hot of it; d_s, the distance to the last fork and d_r, each as a number and a
 /// one-hot of whole metres; o, m_p and the slot as one-hots; q_p and l_p; height and distance from
 /// the axis; gravity (as the height of front, up and right), the position and the outward direction,
-/// each in the node's own frame.
+/// each in the node's own frame; and what has grown so far, its directions also in that frame.
 ///
 /// # Panics
 ///
@@ -100,9 +106,17 @@ pub fn attribute(name: &str, species: usize) -> Option<std::ops::Range<usize>> {
 ///
 /// # Source
 ///
-/// Eq. 1, with what q_p hides: the global frame, and the distance to the last fork; and with the
-/// plan that growth follows: traits, tips and reach.
-pub fn encode(node: &Node, tree: &TreeConditions, reach: u16, species: usize, out: &mut [f32]) {
+/// Eq. 1, with what q_p hides: the global frame, and the distance to the last fork; with the
+/// plan that growth follows: traits, tips and reach; and with what the growth model's density and
+/// crown centre tell its buds.
+pub fn encode(
+    node: &Node,
+    tree: &TreeConditions,
+    reach: u16,
+    sense: &Sense,
+    species: usize,
+    out: &mut [f32],
+) {
     let mut w = Writer { out, at: 0 };
     w.one_hot(tree.species, species);
     w.put(tree.age / 50.0);
@@ -139,7 +153,20 @@ pub fn encode(node: &Node, tree: &TreeConditions, reach: u16, species: usize, ou
     w.put3(own * (node.position / 32.0));
     w.put3(own * outward_from_axis(node.position));
     w.put3(own * outward_from_crown(node.position));
+    put_sense(&mut w, sense, node.position, own);
     debug_assert_eq!(w.at, len(species));
+}
+
+/// What has grown so far, seen from `position` in the frame whose inverse is `own`.
+fn put_sense(w: &mut Writer<'_>, sense: &Sense, position: Vec3, own: Quat) {
+    let Sense { centre, outlook, near, wide } = *sense;
+    w.put3(own * ((centre - position) / 16.0));
+    w.put3(own * ((outlook - position) / 16.0));
+    w.put3(own * (outlook.with_y(0.0) / 4.0));
+    for (Crowd { nodes, towards }, scale) in [(near, 2.0), (wide, 8.0)] {
+        w.put(libm::logf(1.0 + nodes as f32) / 8.0);
+        w.put3(own * (towards / scale));
+    }
 }
 
 /// Where the tips and traits of the whole tree stand in [`encode`].

@@ -7,7 +7,7 @@ mod sampling;
 mod situated;
 
 use deeptree_graph::{
-    ChildSignature, Lineage, MAX_CHILDREN, Node, Seed, signature::TreeConditions,
+    ChildSignature, Lineage, MAX_CHILDREN, Node, Seed, Sense, signature::TreeConditions,
 };
 
 use crate::kernels::SimdPath;
@@ -31,6 +31,8 @@ pub struct Active<'a> {
     pub tree: TreeConditions,
     /// Nodes on the longest path below it, as its parent has left it; kind `situated` only.
     pub reach: u16,
+    /// What it sees of what has grown so far; kind `situated` only.
+    pub sense: Sense,
 }
 
 /// The children of a node, by slot.
@@ -112,8 +114,8 @@ pub trait Predictor: Sync {
 
     /// Draws the branchlet of each node of the frontier into `branchlets`, in its order.
     ///
-    /// The branchlet of a node depends on that node, its lineage, its reach, its tree's seed and
-    /// conditions only: neither on the rest of the frontier nor on the path.
+    /// The branchlet of a node depends on that node, its lineage, its reach, its sense, its tree's
+    /// seed and conditions only: neither on the rest of the frontier nor on the path.
     ///
     /// # Errors
     ///

@@ -157,7 +157,7 @@ impl Situated {
         let plans: Vec<Plan> = frontier.iter().map(Plan::of).collect();
         let rows = frontier.iter().zip(&plans).zip(work.nodes.chunks_exact_mut(features));
         for ((active, plan), row) in rows {
-            situated::encode(active.node, &active.tree, plan.reach, species, row);
+            situated::encode(active.node, &active.tree, plan.reach, &active.sense, species, row);
         }
         let mut drafts = self.draw_branchings(frontier, &plans, work)?;
         self.draw_splits(features, frontier, work, &mut drafts)?;

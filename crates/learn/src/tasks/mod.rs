@@ -189,7 +189,8 @@ impl<'a> Lesson<'a> {
     fn encode<'i>(&self, spot: Spot, inputs: &'i mut [f32]) -> &'i mut [f32] {
         let (node, rest) = inputs.split_at_mut(situated::len(self.species));
         let (tree, reach) = (self.conditions(spot), self.corpus.reach(spot));
-        situated::encode(self.corpus.node(spot), tree, reach, self.species, node);
+        let sense = self.corpus.sense(spot);
+        situated::encode(self.corpus.node(spot), tree, reach, sense, self.species, node);
         rest
     }
 }
