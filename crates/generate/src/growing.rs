@@ -1,7 +1,7 @@
 //! A tree on its way, level by level.
 
 use deeptree_graph::signature::TreeConditions;
-use deeptree_graph::{Balance, BranchGraph, Lineage, Neighbourhood, NodeId, Seed, Sense};
+use deeptree_graph::{Balance, BranchGraph, Lineage, Neighbourhood, NodeId, Plan, Seed, Sense};
 use deeptree_infer::{Active, Branchlet, Predictor, Workspace};
 
 use crate::{GenerateError, Limits};
@@ -30,18 +30,18 @@ pub(crate) struct Growing {
 #[derive(Clone, Copy, Debug)]
 struct Heritage {
     lineage: Lineage,
-    reach: u16,
+    plan: Plan,
 }
 
 impl Growing {
     /// A tree of nothing but its root.
     pub(crate) fn new(tree: BranchGraph, conditions: TreeConditions, seed: Seed) -> Self {
-        let reach = conditions.traits.reach();
+        let plan = conditions.traits.plan();
         Self {
             tree,
             conditions,
             seed,
-            heritage: vec![Heritage { lineage: Lineage::ROOT, reach }],
+            heritage: vec![Heritage { lineage: Lineage::ROOT, plan }],
             balance: Balance::default(),
             level: Vec::new(),
             next: vec![0],
@@ -60,7 +60,7 @@ impl Growing {
         for &id in &self.level {
             neighbourhood.add(self.tree.node(id).position);
         }
-        let reach = |id: NodeId| self.heritage[id as usize].reach;
+        let reach = |id: NodeId| self.heritage[id as usize].plan.reach;
         self.balance.add_level(&self.tree, &self.level, self.conditions.tip_radius, reach);
         true
     }
@@ -83,9 +83,9 @@ impl Growing {
             let active = |&id: &NodeId| {
                 let node = self.tree.node(id);
                 let [near, wide] = neighbourhood.around(node.position);
-                let Heritage { lineage, reach } = self.heritage[id as usize];
+                let Heritage { lineage, plan } = self.heritage[id as usize];
                 let sense = Sense { centre, outlook, near, wide };
-                Active { node, lineage, seed: self.seed, tree: self.conditions, reach, sense }
+                Active { node, lineage, seed: self.seed, tree: self.conditions, plan, sense }
             };
             let frontier: Vec<Active<'_>> = batch.iter().map(active).collect();
             model.branchlets(&frontier, work, &mut self.branchlets).map_err(|overflow| {
@@ -109,9 +109,9 @@ impl Growing {
             }
             let Heritage { lineage, .. } = self.heritage[id as usize];
             let ids = self.tree.grow(id, branchlet.children);
-            for ((slot, child), reach) in (0u8..).zip(ids).zip(branchlet.reaches) {
+            for ((slot, child), plan) in (0u8..).zip(ids).zip(branchlet.plans) {
                 if let Some(child) = child {
-                    self.heritage.push(Heritage { lineage: lineage.child(slot), reach });
+                    self.heritage.push(Heritage { lineage: lineage.child(slot), plan });
                     self.next.push(child);
                 }
             }

@@ -10,6 +10,7 @@
 use glam::{IVec3, Vec3};
 
 use crate::graph::{BranchGraph, NodeId};
+use crate::plan::Plan;
 use crate::signature::{GROWTH_SPACE, tip_count};
 
 /// Side of the cells of the near neighbourhood in metres: the voxels of the occupancy grid.
@@ -212,7 +213,7 @@ impl Balance {
 
 /// What each node of a finished tree saw when it was asked for its children.
 #[must_use]
-pub fn senses(tree: &BranchGraph, tip_radius: f32, reaches: &[u16]) -> Vec<Sense> {
+pub fn senses(tree: &BranchGraph, tip_radius: f32, plans: &[Plan]) -> Vec<Sense> {
     let mut neighbourhood = Neighbourhood::of_a_tree();
     let mut balance = Balance::default();
     let mut senses = vec![Sense::default(); tree.len()];
@@ -221,7 +222,7 @@ pub fn senses(tree: &BranchGraph, tip_radius: f32, reaches: &[u16]) -> Vec<Sense
         for &id in &level {
             neighbourhood.add(tree.node(id).position);
         }
-        balance.add_level(tree, &level, tip_radius, |id| reaches[id as usize]);
+        balance.add_level(tree, &level, tip_radius, |id| plans[id as usize].reach);
         let [centre, outlook] = balance.centres();
         let mut next = Vec::new();
         for &id in &level {
@@ -238,7 +239,7 @@ pub fn senses(tree: &BranchGraph, tip_radius: f32, reaches: &[u16]) -> Vec<Sense
 mod tests {
     use super::*;
     use crate::testing::random_tree;
-    use crate::{ChildSignature, Quat, TreeInfo, reaches};
+    use crate::{ChildSignature, Quat, TreeInfo, plans};
 
     /// A trunk of two nodes, a metre each, that forks into an arm of two along x and a stub along −x.
     fn tee() -> BranchGraph {
@@ -263,7 +264,7 @@ mod tests {
         let tree = tee();
         let place = |id: usize| tree.nodes()[id].position;
         assert!(place(4).distance(Vec3::new(2.0, 2.0, 0.0)) < 1e-5, "{}", place(4));
-        let senses = senses(&tree, 0.01, &reaches(&tree));
+        let senses = senses(&tree, 0.01, &plans(&tree));
         let near = |a: Vec3, b: [f32; 3]| assert!(a.distance(b.into()) < 2e-3, "{a} {b:?}");
         // The root alone: four tips, half of its reach of three above it.
         near(senses[0].centre, [0.0, 1.0, 0.0]);

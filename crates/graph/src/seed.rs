@@ -56,6 +56,8 @@ pub enum Purpose {
     Evaluation = 67,
     /// How far the children of a node reach.
     ChildReach = 37,
+    /// How many nodes grow below the children of a node.
+    ChildSize = 38,
 }
 
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;

@@ -1,6 +1,7 @@
 //! What one tree as a whole is like.
 
 use crate::graph::BranchGraph;
+use crate::plan::Plan;
 
 /// A handful of numbers of a whole tree. Every node carries them like its age, so that trees differ
 /// from each other as much as the teacher's do; a purely local signature evens them out.
@@ -70,6 +71,13 @@ impl TreeTraits {
     #[must_use]
     pub fn reach(&self) -> u16 {
         (libm::roundf(self.longest_path) - 1.0).clamp(0.0, f32::from(u16::MAX)) as u16
+    }
+
+    /// What is to grow below the root of such a tree.
+    #[must_use]
+    pub fn plan(&self) -> Plan {
+        // A float beyond the range of an integer becomes its largest.
+        Plan { reach: self.reach(), nodes: (libm::roundf(self.nodes) - 1.0).max(0.0) as u32 }
     }
 
     /// Are all numbers finite, and those that count or measure a tree above 0?

@@ -6,9 +6,10 @@ mod common;
 use common::{draws, values};
 use deeptree_graph::signature::inheritance::{REACH_LEN, REACH_OUTPUTS};
 use deeptree_graph::signature::situated::{self, LENGTH_ORDERS};
+use deeptree_graph::signature::size::SIZE_LEN;
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::testing::random_tree;
-use deeptree_graph::{Lineage, MAX_CHILDREN, Seed, Sense, Share, TreeTraits};
+use deeptree_graph::{Lineage, MAX_CHILDREN, Plan, Seed, Sense, Share, TreeTraits};
 use deeptree_infer::{
     Active, Branchlet, Model, ModelKind, Predictor, ROOT_COLUMNS, Scratch, SimdPath, Table,
     Weights, WeightsBuilder, Workspace,
@@ -26,6 +27,7 @@ fn weights() -> Weights {
         ("existence", (features, situated::CLASSES)),
         ("split", (features + situated::SPLIT_LEN, situated::SPLIT_OUTPUTS)),
         ("reach", (features + REACH_LEN, REACH_OUTPUTS)),
+        ("size", (features + SIZE_LEN, situated::SPLIT_OUTPUTS)),
         ("rotation1", rotation(0)),
         ("rotation2", rotation(1)),
         ("rotation3", rotation(2)),
@@ -84,7 +86,8 @@ fn branchlets(model: &Model, species: usize) -> Vec<Branchlet> {
     };
     let (lineage, seed) = (Lineage::ROOT, Seed(3));
     let sense = Sense::default();
-    let active = |node| Active { node, lineage, seed, tree: conditions, reach: 12, sense };
+    let plan = Plan { reach: 12, nodes: 300 };
+    let active = |node| Active { node, lineage, seed, tree: conditions, plan, sense };
     let frontier: Vec<Active<'_>> = tree.nodes().iter().map(active).collect();
     let mut branchlets = Vec::new();
     model.branchlets(&frontier, &mut Workspace::default(), &mut branchlets).unwrap();
@@ -112,7 +115,7 @@ fn the_networks_of_a_blend_read_the_parts_of_its_species() {
     let weights = weights();
     let blended = weights.blend(&[share(0, 1), share(2, 3)]).unwrap();
     let mut draws = draws(5);
-    for name in ["existence", "split", "reach", "rotation3"] {
+    for name in ["existence", "split", "reach", "size", "rotation3"] {
         let (whole, blend) = (weights.mlp(name).unwrap(), blended.mlp(name).unwrap());
         assert_eq!(blend.inputs(), whole.inputs() - 2);
         let rest = values(&mut draws, whole.inputs() - 3, 1.0);

@@ -4,8 +4,8 @@
 use deeptree_graph::signature::paper::{self, CHILD_LEN, JOINT_LEN};
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{
-    BranchGraph, ChildSignature, Lineage, MAX_CHILDREN, Quat, Seed, Sense, TreeInfo, TreeTraits,
-    Vec3,
+    BranchGraph, ChildSignature, Lineage, MAX_CHILDREN, Plan, Quat, Seed, Sense, TreeInfo,
+    TreeTraits, Vec3,
 };
 use deeptree_infer::{
     Active, Model, ModelKind, Predictor, ROOT_COLUMNS, Table, Weights, WeightsBuilder, Workspace,
@@ -41,7 +41,8 @@ fn children(weights: &Weights) -> [Option<ChildSignature>; MAX_CHILDREN] {
     };
     let (lineage, seed) = (Lineage::ROOT, Seed(3));
     let sense = Sense::default();
-    let active = Active { node: tree.root(), lineage, seed, tree: conditions, reach: 0, sense };
+    let active =
+        Active { node: tree.root(), lineage, seed, tree: conditions, plan: Plan::default(), sense };
     let mut branchlets = Vec::new();
     model.branchlets(&[active], &mut Workspace::default(), &mut branchlets).unwrap();
     branchlets[0].children

@@ -5,7 +5,7 @@
 //!
 //! | kind | networks | what they learn |
 //! |---|---|---|
-//! | [`Kind::Situated`] | `existence`, `split`, `reach`, `rotation1` … `rotation3` | the factors of p(children \| node) by the chain rule, each a distribution |
+//! | [`Kind::Situated`] | `existence`, `split`, `reach`, `size`, `rotation1` … `rotation3` | the factors of p(children \| node) by the chain rule, each a distribution |
 //! | [`Kind::Joint`] | `joint` | the same from one network, which the paper compares its own with |
 //! | [`Kind::Paper`] | `classifier`, `regressor1` … `regressor3` | as published: which children exist, and their mean signatures |
 //!

@@ -78,7 +78,7 @@ pub struct TrainOptions {
 #[serde(deny_unknown_fields, default)]
 pub struct NetworkOptions {
     /// Widths of the hidden layers; otherwise 160-160-160 for kind `paper`, and for kind `situated`
-    /// 128-128 (`existence`), 64-64 (`split`, `reach`) and 96-96 (`rotation1` …).
+    /// 128-128 (`existence`), 64-64 (`split`, `reach`, `size`) and 96-96 (`rotation1` …).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hidden: Option<Vec<usize>>,
     /// Epochs.
@@ -133,9 +133,9 @@ impl TrainOptions {
         let epochs = |epochs| NetworkOptions { epochs: Some(epochs), ..NetworkOptions::default() };
         match kind {
             Kind::Situated => Self {
-                networks: [16, 4, 4, 4, 4]
+                networks: [16, 4, 4, 4, 4, 4]
                     .into_iter()
-                    .zip(["rotation1", "rotation2", "rotation3", "split", "reach"])
+                    .zip(["rotation1", "rotation2", "rotation3", "split", "reach", "size"])
                     .map(|(count, name)| (name.to_owned(), epochs(count)))
                     .collect(),
                 ..situated

@@ -76,7 +76,7 @@ pub struct NetworkReport {
 /// | `accuracy` | existence | share of nodes whose class is the likeliest |
 /// | `children_predicted`, `children_actual`, `children_excess` | existence | mean number of children, as predicted and in truth, and the difference |
 /// | `heir_predicted`, `heir_actual` | reach | share of heirs where it is asked, as predicted and in truth, over all questions |
-/// | `nll` | split, reach, rotation | mean −ln p of what happened, rotations in deviations |
+/// | `nll` | split, reach, size, rotation | mean −ln p of what happened, rotations in deviations |
 /// | `aligned_predicted`, `aligned_actual` | rotation | mean probability that a swing is aligned, share that is |
 /// | `accuracy`, `accuracy_all_three` | classifier, joint | share of children told right at 0.5; of nodes with all three right |
 /// | `mse` | classifier, regressor, joint | mean squared error; of thickness and length in m², but for the classifier |

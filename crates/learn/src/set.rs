@@ -3,7 +3,7 @@
 use deeptree_graph::signature::situated::Branching;
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{
-    BranchGraph, MAX_CHILDREN, Node, NodeId, Sense, TreeTraits, reaches, senses as senses_of,
+    BranchGraph, MAX_CHILDREN, Node, NodeId, Plan, Sense, TreeTraits, plans, senses as senses_of,
 };
 
 use crate::TrainError;
@@ -46,8 +46,8 @@ pub(crate) struct Corpus<'a> {
     part: &'static str,
     pub(crate) trees: &'a [BranchGraph],
     pub(crate) conditions: Vec<TreeConditions>,
-    /// How far each node of each tree reaches.
-    reaches: Vec<Vec<u16>>,
+    /// What grows below each node of each tree.
+    plans: Vec<Vec<Plan>>,
     /// What each node of each tree saw.
     senses: Vec<Vec<Sense>>,
     /// Number of the first node of each tree, counted over all trees, and of the end.
@@ -83,11 +83,11 @@ impl<'a> Corpus<'a> {
             *end += tree.len();
             Some(*end)
         }));
-        let reaches: Vec<Vec<u16>> = trees.iter().map(reaches).collect();
-        let senses = trees.iter().zip(&conditions).zip(&reaches);
-        let senses = senses.map(|((tree, all), reaches)| senses_of(tree, all.tip_radius, reaches));
+        let plans: Vec<Vec<Plan>> = trees.iter().map(plans).collect();
+        let senses = trees.iter().zip(&conditions).zip(&plans);
+        let senses = senses.map(|((tree, all), plans)| senses_of(tree, all.tip_radius, plans));
         let senses = senses.collect();
-        Self { part, trees, conditions, reaches, senses, starts }
+        Self { part, trees, conditions, plans, senses, starts }
     }
 
     /// How many nodes all trees have.
@@ -141,9 +141,9 @@ impl<'a> Corpus<'a> {
         &self.conditions[spot.tree as usize]
     }
 
-    /// Nodes on the longest path below the node at `spot`.
-    pub(crate) fn reach(&self, spot: Spot) -> u16 {
-        self.reaches[spot.tree as usize][spot.node as usize]
+    /// What grows below the node at `spot`.
+    pub(crate) fn plan(&self, spot: Spot) -> Plan {
+        self.plans[spot.tree as usize][spot.node as usize]
     }
 
     /// What the node at `spot` saw of what had grown so far.
@@ -151,18 +151,18 @@ impl<'a> Corpus<'a> {
         &self.senses[spot.tree as usize][spot.node as usize]
     }
 
-    /// How the tips and the reach of the node at `spot` are shared out.
+    /// How the tips and the plan of the node at `spot` are shared out.
     pub(crate) fn shares(&self, spot: Spot) -> Shares {
         let radius = self.conditions(spot).tip_radius;
         let (tree, node) = (&self.trees[spot.tree as usize], self.node(spot));
         let tips = |node: &Node| tip_count(node.thickness, radius);
-        let (tips_here, reach) = (tips(node), self.reach(spot));
-        let mut shares = Shares { tips: tips_here, reach, ..Shares::default() };
+        let mut shares = Shares { tips: tips(node), plan: self.plan(spot), ..Shares::default() };
         for (slot, child) in node.children.into_iter().enumerate() {
             let Some(id) = child else { continue };
             shares.subset |= 1 << slot;
             shares.children[slot] = tips(tree.node(id));
-            shares.reaches[slot] = self.reach(Spot { node: id, ..spot });
+            let below = self.plan(Spot { node: id, ..spot });
+            (shares.reaches[slot], shares.nodes[slot]) = (below.reach, below.nodes);
         }
         shares
     }
@@ -187,17 +187,19 @@ impl<'a> Corpus<'a> {
     }
 }
 
-/// How many tips a node bears and how far it reaches, and so for each child.
+/// How many tips a node bears and what grows below it, and so for each child.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Shares {
     pub(crate) tips: u32,
-    pub(crate) reach: u16,
+    pub(crate) plan: Plan,
     /// Bit i: the child in slot i exists.
     pub(crate) subset: u8,
     /// By slot; 0 where there is no child.
     pub(crate) children: [u32; MAX_CHILDREN],
     /// By slot; 0 where there is no child.
     pub(crate) reaches: [u16; MAX_CHILDREN],
+    /// By slot; 0 where there is no child.
+    pub(crate) nodes: [u32; MAX_CHILDREN],
 }
 
 impl Shares {

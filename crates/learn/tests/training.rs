@@ -12,7 +12,7 @@ use deeptree_graph::signature::inheritance::{self, Inheritance, REACH_LEN, share
 use deeptree_graph::signature::paper;
 use deeptree_graph::signature::situated::{self, Branching, CLASSES};
 use deeptree_graph::signature::{TreeConditions, tip_count};
-use deeptree_graph::{BranchGraph, Quat, TreeTraits, Vec2, Vec3, reaches};
+use deeptree_graph::{BranchGraph, Quat, TreeTraits, Vec2, Vec3, plans, senses};
 use deeptree_infer::{Mlp, ModelKind, ROOT_COLUMNS, Scratch, SimdPath, Weights};
 use deeptree_learn::{
     Kind, NetworkOptions, Silent, TrainError, TrainEvent, TrainOptions, TrainProgress,
@@ -80,15 +80,15 @@ impl Said {
         let conditions = conditions(tree);
         let mut scratch = Scratch::new();
         let mut inputs = vec![0.0; situated::len(2)];
-        let reaches = reaches(tree);
-        let senses = senses(tree, conditions.tip_radius, &reaches);
-        for ((node, reach), sense) in tree.nodes().iter().zip(reaches).zip(&senses) {
+        let plans = plans(tree);
+        let senses = senses(tree, conditions.tip_radius, &plans);
+        for ((node, plan), sense) in tree.nodes().iter().zip(plans).zip(&senses) {
             let tips = tip_count(node.thickness, conditions.tip_radius);
-            situated::encode(node, &conditions, reach, sense, 2, &mut inputs);
+            situated::encode(node, &conditions, plan, sense, 2, &mut inputs);
             let logits = existence.forward(SimdPath::detect(), &inputs, &mut scratch);
             let share = |wanted: fn(Branching) -> bool| {
                 let odds = |branching: Branching| f64::from(logits[branching.class()]).exp();
-                let fits = |branching: &Branching| branching.fits(tips, reach);
+                let fits = |branching: &Branching| plan.allows(*branching, tips);
                 let all = (0..CLASSES).map(Branching::from_class).filter(fits);
                 let some = all.clone().filter(|&branching| wanted(branching));
                 some.map(odds).sum::<f64>() / all.map(odds).sum::<f64>()
@@ -119,27 +119,27 @@ fn heir_errors(tree: &BranchGraph, network: &Mlp) -> Vec<f64> {
     let conditions = conditions(tree);
     let mut inputs = vec![0.0; situated::len(2) + REACH_LEN];
     let mut errors = Vec::new();
-    let reaches = reaches(tree);
-    let senses = senses(tree, conditions.tip_radius, &reaches);
-    for ((node, reach), sense) in tree.nodes().iter().zip(reaches).zip(&senses) {
+    let plans = plans(tree);
+    let senses = senses(tree, conditions.tip_radius, &plans);
+    for ((node, plan), sense) in tree.nodes().iter().zip(plans).zip(&senses) {
         let tips = tip_count(node.thickness, conditions.tip_radius);
-        if tips != 2 || node.child_count() != 2 || node.order < 2 || reach < 2 {
+        if tips != 2 || node.child_count() != 2 || node.order < 2 || plan.reach < 2 {
             continue;
         }
         let subset = if node.children[1].is_some() { 0b011 } else { 0b101 };
         let known = Inheritance {
             branching: Branching { subset, dropped: 0 },
             child_tips: node.children.map(|child| u32::from(child.is_some())),
-            reach,
+            reach: plan.reach,
             slot: 0,
             earlier: [0; 3],
         };
         let (own, rest) = inputs.split_at_mut(situated::len(2));
-        situated::encode(node, &conditions, reach, sense, 2, own);
+        situated::encode(node, &conditions, plan, sense, 2, own);
         inheritance::encode(&known, rest);
         let logit = network.forward(SimdPath::detect(), &inputs, &mut Scratch::new())[0];
         let said = 1.0 / (1.0 + f64::from(-logit).exp());
-        errors.push(said - first_is_heir(synthetic::GOES_ON[2], i32::from(reach) - 1));
+        errors.push(said - first_is_heir(synthetic::GOES_ON[2], i32::from(plan.reach) - 1));
     }
     errors
 }
@@ -149,7 +149,7 @@ fn situated_networks_find_the_law_of_the_trees() {
     let set = synthetic::set(300);
     // Few nodes fork: without more epochs the warm-up would be all that those networks see.
     let long = NetworkOptions { epochs: Some(16), ..NetworkOptions::default() };
-    let forking = ["rotation2", "rotation3", "split", "reach"];
+    let forking = ["rotation2", "rotation3", "split", "reach", "size"];
     let options = TrainOptions {
         epochs: 4,
         steps_per_epoch: None,
@@ -217,9 +217,9 @@ fn mean_log_bins(trees: &[BranchGraph]) -> f64 {
     let mut logs = Vec::new();
     for tree in trees {
         let radius = conditions(tree).tip_radius;
-        let reaches = reaches(tree);
-        let senses = senses(tree, conditions.tip_radius, &reaches);
-        for ((node, reach), sense) in tree.nodes().iter().zip(reaches).zip(&senses) {
+        let plans = plans(tree);
+        let senses = senses(tree, conditions.tip_radius, &plans);
+        for ((node, plan), sense) in tree.nodes().iter().zip(plans).zip(&senses) {
             let tips: Vec<u32> = node
                 .children
                 .iter()

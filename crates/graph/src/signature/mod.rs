@@ -10,6 +10,7 @@
 pub mod inheritance;
 pub mod paper;
 pub mod situated;
+pub mod size;
 
 use glam::Vec3;
 
@@ -80,7 +81,10 @@ mod tests {
     use super::*;
     use crate::crowding::{Crowd, Sense};
     use crate::graph::{BranchGraph, ChildSignature, TreeInfo};
+    use crate::plan::Plan;
     use glam::{Quat, Vec2};
+
+    const PLAN: Plan = Plan { reach: 4, nodes: 9 };
 
     fn conditions() -> TreeConditions {
         let traits = TreeTraits::of(&tree(0.0));
@@ -122,7 +126,7 @@ mod tests {
         let mut features = [vec![0.0; situated::len(8)], vec![0.0; situated::len(8)]];
         for id in 1..3 {
             for (yaw, out) in [0.0, 2.1].into_iter().zip(&mut features) {
-                situated::encode(tree(yaw).node(id), &conditions(), 4, &sense(yaw), 8, out);
+                situated::encode(tree(yaw).node(id), &conditions(), PLAN, &sense(yaw), 8, out);
             }
             for (a, b) in features[0].iter().zip(&features[1]) {
                 assert!((a - b).abs() < 1e-5, "{a} {b}");
@@ -134,15 +138,15 @@ mod tests {
     fn situated_attributes_stand_where_they_are_said_to() {
         use situated::{ATTRIBUTES, attribute};
         let (node, tree) = (tree(0.3).node(2).clone(), conditions());
-        let features = |node: &crate::Node, tree: &TreeConditions, reach: u16, sense: &Sense| {
+        let features = |node: &crate::Node, tree: &TreeConditions, plan: Plan, sense: &Sense| {
             let mut out: Vec<f32> = vec![0.0; situated::len(8)];
-            situated::encode(node, tree, reach, sense, 8, &mut out);
+            situated::encode(node, tree, plan, sense, 8, &mut out);
             out
         };
-        let before = features(&node, &tree, 4, &sense(0.3));
+        let before = features(&node, &tree, PLAN, &sense(0.3));
         let mut end = 0;
         for name in ATTRIBUTES {
-            let (mut node, mut tree, mut reach) = (node.clone(), tree, 4);
+            let (mut node, mut tree, mut plan) = (node.clone(), tree, PLAN);
             let mut sense = sense(0.3);
             match name {
                 "s" => tree.species = 3,
@@ -150,7 +154,8 @@ mod tests {
                 "v" => tree.gravitropism += 0.1,
                 "traits" => tree.traits.nodes += 9.0,
                 "n" => node.thickness *= 3.0,
-                "reach" => reach += 1,
+                "reach" => (plan.reach, plan.nodes) = (plan.reach + 1, plan.nodes + 1),
+                "size" => plan.nodes += 1,
                 "ds" => node.branch_distance += 4.0,
                 "df" => node.fork_distance += 4.0,
                 "dr" => node.root_distance += 4.0,
@@ -169,11 +174,14 @@ mod tests {
             if name != "place" {
                 assert_eq!(range.start, end, "{name}");
                 end = range.end;
-                if name == "frame" {
-                    // The next attribute is told in the node's own frame too.
-                    range.end = attribute("sense", 8).unwrap().end;
+                // Of two attributes, a part is told in the light of another.
+                match name {
+                    "n" => range.end = attribute("size", 8).unwrap().end,
+                    "reach" => range.end = attribute("size", 8).unwrap().end,
+                    "frame" => range.end = attribute("sense", 8).unwrap().end,
+                    _ => {}
                 }
-                let after = features(&node, &tree, reach, &sense);
+                let after = features(&node, &tree, plan, &sense);
                 let changed: Vec<usize> = (0..after.len())
                     .filter(|&i| after[i].to_bits() != before[i].to_bits())
                     .collect();
@@ -202,7 +210,7 @@ mod tests {
     #[test]
     fn encodings_fill_every_feature() {
         let mut out = vec![f32::NAN; situated::len(8)];
-        situated::encode(tree(0.3).node(2), &conditions(), 4, &sense(0.3), 8, &mut out);
+        situated::encode(tree(0.3).node(2), &conditions(), PLAN, &sense(0.3), 8, &mut out);
         assert!(out.iter().all(|x| x.is_finite()));
         let mut out = vec![f32::NAN; paper::len(8)];
         paper::encode(tree(0.3).node(2), &conditions(), 8, &mut out);

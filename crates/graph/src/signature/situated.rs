@@ -14,6 +14,7 @@ use glam::{Quat, Vec2, Vec3};
 use super::{TreeConditions, Writer, tip_count};
 use crate::crowding::{Crowd, Sense};
 use crate::graph::{MAX_CHILDREN, Node};
+use crate::plan::Plan;
 use crate::reach::most_tips;
 use crate::traits::TreeTraits;
 
@@ -21,6 +22,8 @@ use crate::traits::TreeTraits;
 const SMALL_TIPS: usize = 16;
 /// Reaches up to this have a one-hot of their own; farther ones share the last.
 const SMALL_REACH: usize = 15;
+/// Nodes beyond the longest path up to this have a one-hot of their own; more share the last.
+const SMALL_SURPLUS: usize = 8;
 /// One-hot steps of d_s, of the distance to the last fork, and of d_r, in metres.
 const BRANCH_STEPS: usize = 14;
 const FORK_STEPS: usize = 10;
@@ -37,6 +40,7 @@ pub const fn len(species: usize) -> usize {
         + TreeTraits::COUNT
         + (2 + SMALL_TIPS + 1)
         + (1 + SMALL_REACH + 2)
+        + (3 + SMALL_SURPLUS + 2)
         + (1 + BRANCH_STEPS)
         + (1 + FORK_STEPS)
         + (1 + ROOT_STEPS)
@@ -56,11 +60,11 @@ const SENSE_LEN: usize = 3 + 3 + 3 + 2 * 4;
 
 /// What [`encode`] writes, in its order, by the paper's symbols without subscripts where it has
 /// them; `traits` with the tips of the whole tree, `n` the node's tips, `reach` the
-/// longest path below, `df` the distance to the
+/// longest path below, `size` all nodes below, `df` the distance to the
 /// last fork, `place` height and distance from the axis, `frame` what is told in the node's own
 /// frame, `sense` what has grown so far.
-pub const ATTRIBUTES: [&str; 17] = [
-    "s", "a", "v", "traits", "n", "reach", "ds", "df", "dr", "o", "mp", "slot", "qp", "lp",
+pub const ATTRIBUTES: [&str; 18] = [
+    "s", "a", "v", "traits", "n", "reach", "size", "ds", "df", "dr", "o", "mp", "slot", "qp", "lp",
     "place", "frame", "sense",
 ];
 
@@ -75,6 +79,7 @@ pub fn attribute(name: &str, species: usize) -> Option<std::ops::Range<usize>> {
         1 + TreeTraits::COUNT,
         2 + SMALL_TIPS + 1,
         1 + SMALL_REACH + 2,
+        3 + SMALL_SURPLUS + 2,
         distances[0],
         distances[1],
         distances[2],
@@ -92,10 +97,11 @@ pub fn attribute(name: &str, species: usize) -> Option<std::ops::Range<usize>> {
     Some(start..start + widths[index])
 }
 
-/// Encodes one node whose longest path below is `reach` nodes long.
+/// Encodes one node, with what is to grow below it.
 ///
 /// In order: s, a, v; the tips and traits of the whole tree; ln N, 1/√N and a one-hot of small N;
-/// the reach and a one-hot of it; d_s, the distance to the last fork and d_r, each as a number and a
+/// the reach and a one-hot of it; the nodes below, those beyond the longest path with a one-hot, and
+/// the nodes by tip; d_s, the distance to the last fork and d_r, each as a number and a
 /// one-hot of whole metres; o, m_p and the slot as one-hots; q_p and l_p; height and distance from
 /// the axis; gravity (as the height of front, up and right), the position and the outward direction,
 /// each in the node's own frame; and what has grown so far, its directions also in that frame.
@@ -112,7 +118,7 @@ pub fn attribute(name: &str, species: usize) -> Option<std::ops::Range<usize>> {
 pub fn encode(
     node: &Node,
     tree: &TreeConditions,
-    reach: u16,
+    plan: Plan,
     sense: &Sense,
     species: usize,
     out: &mut [f32],
@@ -128,8 +134,14 @@ pub fn encode(
     w.put(1.0 / libm::sqrtf(tips as f32));
     w.one_hot(tips as usize - 1, SMALL_TIPS + 1);
 
+    let Plan { reach, nodes } = plan;
     w.put(f32::from(reach) / 32.0);
     w.one_hot(usize::from(reach), SMALL_REACH + 2);
+    let surplus = nodes.saturating_sub(u32::from(reach));
+    w.put(log_size(nodes));
+    w.put(log_size(surplus));
+    w.put(libm::logf((1 + nodes) as f32 / tips as f32));
+    w.one_hot(surplus as usize, SMALL_SURPLUS + 2);
 
     for (distance, scale, steps) in [
         (node.branch_distance, 16.0, BRANCH_STEPS),
@@ -167,6 +179,11 @@ fn put_sense(w: &mut Writer<'_>, sense: &Sense, position: Vec3, own: Quat) {
         w.put(libm::logf(1.0 + nodes as f32) / 8.0);
         w.put3(own * (towards / scale));
     }
+}
+
+/// `ln(1 + n) / 8` of a number of nodes.
+fn log_size(nodes: u32) -> f32 {
+    libm::logf(1.0 + nodes as f32) / 8.0
 }
 
 /// Where the tips and traits of the whole tree stand in [`encode`].
@@ -317,7 +334,7 @@ pub struct Sibling {
 /// Number of features of [`encode_rotation`] for the child in `slot`.
 #[must_use]
 pub const fn rotation_len(slot: usize) -> usize {
-    BRANCHING_LEN + 1 + TIPS_LEN + 2 + 1 + 3 * 3 + 1 + 3 * 2 + 4 * slot
+    BRANCHING_LEN + 1 + TIPS_LEN + 4 + 1 + 3 * 3 + 1 + 3 * 2 + 4 * slot
 }
 
 /// What the rotation of a child depends on besides its parent's own features.
@@ -331,8 +348,8 @@ pub struct RotationContext<'a> {
     pub tips: u32,
     /// Reach of the parent.
     pub parent_reach: u16,
-    /// Reach of the child.
-    pub reach: u16,
+    /// What is to grow below the child.
+    pub plan: Plan,
     /// How rotations in the child's slot lie.
     pub slot: Slot,
     /// The child's roll, in deviations of its slot.
@@ -342,7 +359,7 @@ pub struct RotationContext<'a> {
 }
 
 /// Encodes what the swing of a child depends on besides its parent: the branching, its tips, its
-/// reach and whether it is as long as a child's can be, its roll, the siblings before it, and how gravity and light lie for a child that is not swung at
+/// reach and whether it is as long as a child's can be, the nodes below it, its roll, the siblings before it, and how gravity and light lie for a child that is not swung at
 /// all. To follow the node's own features.
 ///
 /// Gravity is told four times: whether the child's front is so near to the vertical that gravity
@@ -358,14 +375,16 @@ pub fn encode_rotation(
     context: &RotationContext<'_>,
     out: &mut [f32],
 ) {
-    let RotationContext { branching, parent_tips, tips, parent_reach, reach, slot, roll, earlier } =
+    let RotationContext { branching, parent_tips, tips, parent_reach, plan, slot, roll, earlier } =
         *context;
     let mut w = Writer { out, at: 0 };
     put_branching(&mut w, branching);
     w.put(tips as f32 / parent_tips as f32);
     put_tips(&mut w, tips);
-    w.put(f32::from(reach) / 16.0);
-    w.put(f32::from(u8::from(reach + 1 >= parent_reach)));
+    w.put(f32::from(plan.reach) / 16.0);
+    w.put(f32::from(u8::from(plan.reach + 1 >= parent_reach)));
+    w.put(log_size(plan.nodes));
+    w.put(libm::logf((1 + plan.nodes) as f32 / tips as f32));
     w.put(roll);
     let frame = node.orientation * slot.unswung(roll);
     let own = frame.inverse();

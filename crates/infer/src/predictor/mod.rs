@@ -7,7 +7,7 @@ mod sampling;
 mod situated;
 
 use deeptree_graph::{
-    ChildSignature, Lineage, MAX_CHILDREN, Node, Seed, Sense, signature::TreeConditions,
+    ChildSignature, Lineage, MAX_CHILDREN, Node, Plan, Seed, Sense, signature::TreeConditions,
 };
 
 use crate::kernels::SimdPath;
@@ -29,8 +29,8 @@ pub struct Active<'a> {
     pub seed: Seed,
     /// What all nodes of its tree share.
     pub tree: TreeConditions,
-    /// Nodes on the longest path below it, as its parent has left it; kind `situated` only.
-    pub reach: u16,
+    /// What is to grow below it, as its parent has left it; kind `situated` only.
+    pub plan: Plan,
     /// What it sees of what has grown so far; kind `situated` only.
     pub sense: Sense,
 }
@@ -40,8 +40,8 @@ pub struct Active<'a> {
 pub struct Branchlet {
     /// Their signatures.
     pub children: [Option<ChildSignature>; MAX_CHILDREN],
-    /// Nodes on the longest path below each; kind `situated` only, otherwise 0.
-    pub reaches: [u16; MAX_CHILDREN],
+    /// What is to grow below each; kind `situated` only, otherwise nothing.
+    pub plans: [Plan; MAX_CHILDREN],
 }
 
 /// Memory that a prediction works in, and the instruction set it runs on; one for each thread.
@@ -114,7 +114,7 @@ pub trait Predictor: Sync {
 
     /// Draws the branchlet of each node of the frontier into `branchlets`, in its order.
     ///
-    /// The branchlet of a node depends on that node, its lineage, its reach, its sense, its tree's
+    /// The branchlet of a node depends on that node, its lineage, its plan, its sense, its tree's
     /// seed and conditions only: neither on the rest of the frontier nor on the path.
     ///
     /// # Errors

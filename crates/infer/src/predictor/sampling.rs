@@ -85,6 +85,14 @@ pub(super) fn reach(
     Some(((share * f64::from(bins)) as u16).clamp(least, last))
 }
 
+/// Draws a number between two bounds, both included: its place among them is a share, of which each
+/// number has an equal bin.
+pub(super) fn count(outputs: &[f32], (least, most): (u32, u32), draws: &mut Draws) -> Option<u32> {
+    let bins = f64::from(most - least) + 1.0;
+    let share = share(outputs, draws)?;
+    Some((least + (share * bins) as u32).min(most))
+}
+
 /// Draws a share from a mixture of logistic laws over its logit: weights' logits, means and log
 /// scales.
 fn share(outputs: &[f32], draws: &mut Draws) -> Option<f64> {
@@ -184,6 +192,16 @@ mod tests {
         let mut counts = [0.0f64; 5];
         for i in 0..50_000 {
             counts[split(&[0.0, 0.0, 0.0], 6, 2, 9, &mut draws(i)).unwrap() as usize - 1] += 1.0;
+        }
+        let se = (0.2f64 * 0.8 / 50_000.0).sqrt();
+        assert!(counts.iter().all(|c| (c / 50_000.0 - 0.2).abs() < 5.0 * se), "{counts:?}");
+    }
+
+    #[test]
+    fn a_count_by_the_standard_logistic_law_is_uniform() {
+        let mut counts = [0.0f64; 5];
+        for i in 0..50_000 {
+            counts[count(&[0.0, 0.0, 0.0], (7, 11), &mut draws(i)).unwrap() as usize - 7] += 1.0;
         }
         let se = (0.2f64 * 0.8 / 50_000.0).sqrt();
         assert!(counts.iter().all(|c| (c / 50_000.0 - 0.2).abs() < 5.0 * se), "{counts:?}");

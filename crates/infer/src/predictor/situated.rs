@@ -18,8 +18,9 @@ use deeptree_graph::signature::situated::{
     self, Branching, CLASSES, LENGTH_ORDERS, ROTATION_OUTPUTS, RotationContext, SPLIT_LEN,
     SPLIT_OUTPUTS, Sibling, Slot, Turn,
 };
+use deeptree_graph::signature::size::{self, Bequest, SIZE_LEN, Size};
 use deeptree_graph::signature::{thickness_of, tip_count};
-use deeptree_graph::{ChildSignature, MAX_CHILDREN, Purpose, Vec2, Vec3, least_reach};
+use deeptree_graph::{ChildSignature, MAX_CHILDREN, Plan, Purpose, Vec2, Vec3};
 
 use super::{Active, Branchlet, Overflow, Workspace, network, roots, sampling};
 use crate::mlp::Mlp;
@@ -30,6 +31,7 @@ pub(super) struct Situated {
     existence: Mlp,
     split: Mlp,
     reach: Mlp,
+    size: Mlp,
     /// One a slot.
     rotations: [Mlp; MAX_CHILDREN],
     /// How rotations lie, by species and slot.
@@ -44,20 +46,10 @@ pub(super) struct Situated {
 /// ends there. The teacher has no node below the ground, and the learner seldom proposes one.
 const ATTEMPTS: u64 = 8;
 
-/// What growth must keep to at a node.
-#[derive(Clone, Copy)]
-struct Plan {
-    tips: u32,
-    reach: u16,
-}
-
-impl Plan {
-    /// The plan of a node, which reaches as far as its tips need at least: only a root can have a
-    /// plan that cannot be kept otherwise.
-    fn of(active: &Active<'_>) -> Self {
-        let tips = tip_count(active.node.thickness, active.tree.tip_radius);
-        Self { tips, reach: active.reach.max(least_reach(tips)) }
-    }
+/// The tips that a node bears, and the nearest plan to its own that it can keep with them.
+fn tips_and_plan(active: &Active<'_>) -> (u32, Plan) {
+    let tips = tip_count(active.node.thickness, active.tree.tip_radius);
+    (tips, active.plan.kept(tips))
 }
 
 /// A node of the frontier on its way to a branchlet.
@@ -65,18 +57,31 @@ impl Plan {
 struct Draft {
     row: usize,
     tips: u32,
-    reach: u16,
+    plan: Plan,
     branching: Branching,
     child_tips: [u32; MAX_CHILDREN],
     child_reaches: [u16; MAX_CHILDREN],
+    child_nodes: [u32; MAX_CHILDREN],
     siblings: [Option<Sibling>; MAX_CHILDREN],
 }
 
 impl Draft {
     /// What is known of the reach of the child in `slot`.
     fn inheritance(&self, slot: usize) -> Inheritance {
-        let Self { reach, branching, child_tips, child_reaches, .. } = *self;
-        Inheritance { branching, child_tips, reach, slot, earlier: child_reaches }
+        let Self { plan, branching, child_tips, child_reaches, .. } = *self;
+        Inheritance { branching, child_tips, reach: plan.reach, slot, earlier: child_reaches }
+    }
+
+    /// What is known of the nodes below the child in `slot`.
+    fn bequest(&self, slot: usize) -> Bequest {
+        let Self { plan, branching, child_tips, child_reaches, child_nodes, .. } = *self;
+        let (nodes, earlier) = (plan.nodes, child_nodes);
+        Bequest { branching, child_tips, child_reaches, nodes, slot, earlier }
+    }
+
+    /// What is to grow below the child in `slot`.
+    fn child_plan(&self, slot: usize) -> Plan {
+        Plan { reach: self.child_reaches[slot], nodes: self.child_nodes[slot] }
     }
 }
 
@@ -132,6 +137,7 @@ impl Situated {
             existence: network(weights, "existence", features, CLASSES)?,
             split: network(weights, "split", features + SPLIT_LEN, SPLIT_OUTPUTS)?,
             reach: network(weights, "reach", features + REACH_LEN, REACH_OUTPUTS)?,
+            size: network(weights, "size", features + SIZE_LEN, SPLIT_OUTPUTS)?,
             rotations: [rotation(0)?, rotation(1)?, rotation(2)?],
             slots,
             rolls,
@@ -141,7 +147,7 @@ impl Situated {
 
     pub(super) fn weight_count(&self) -> usize {
         let rotations: usize = self.rotations.iter().map(Mlp::weight_count).sum();
-        let others = [&self.existence, &self.split, &self.reach].map(Mlp::weight_count);
+        let others = [&self.existence, &self.split, &self.reach, &self.size].map(Mlp::weight_count);
         others.iter().sum::<usize>() + rotations
     }
 
@@ -154,15 +160,18 @@ impl Situated {
     ) -> Result<(), Overflow> {
         let features = situated::len(species);
         work.nodes.resize(frontier.len() * features, 0.0);
-        let plans: Vec<Plan> = frontier.iter().map(Plan::of).collect();
+        let plans: Vec<(u32, Plan)> = frontier.iter().map(tips_and_plan).collect();
         let rows = frontier.iter().zip(&plans).zip(work.nodes.chunks_exact_mut(features));
-        for ((active, plan), row) in rows {
-            situated::encode(active.node, &active.tree, plan.reach, &active.sense, species, row);
+        for ((active, &(_, plan)), row) in rows {
+            situated::encode(active.node, &active.tree, plan, &active.sense, species, row);
         }
         let mut drafts = self.draw_branchings(frontier, &plans, work)?;
         self.draw_splits(features, frontier, work, &mut drafts)?;
         for slot in 0..MAX_CHILDREN {
             self.draw_reaches(slot, features, frontier, work, &mut drafts)?;
+        }
+        for slot in 0..MAX_CHILDREN {
+            self.draw_sizes(slot, features, frontier, work, &mut drafts)?;
         }
         for slot in 0..MAX_CHILDREN {
             self.draw_children(slot, features, frontier, work, &mut drafts, branchlets)?;
@@ -174,16 +183,20 @@ impl Situated {
     fn draw_branchings(
         &self,
         frontier: &[Active<'_>],
-        plans: &[Plan],
+        plans: &[(u32, Plan)],
         work: &mut Workspace,
     ) -> Result<Vec<Draft>, Overflow> {
         let logits = self.existence.forward(work.path, &work.nodes, &mut work.scratch);
         let mut drafts = Vec::with_capacity(frontier.len());
         for (row, (active, logits)) in frontier.iter().zip(logits.chunks_exact(CLASSES)).enumerate()
         {
-            let Plan { tips, reach } = plans[row];
+            let (tips, plan) = plans[row];
             let mut draws = active.seed.draws(active.lineage, Purpose::Existence);
-            let possible = |class| Branching::from_class(class).fits(tips, reach);
+            // What earlier draws have left may not be kept to the node.
+            let allows = |class| plan.allows(Branching::from_class(class), tips);
+            let is_kept = (0..CLASSES).any(allows);
+            let fits = |class| Branching::from_class(class).fits(tips, plan.reach);
+            let possible = |class| if is_kept { allows(class) } else { fits(class) };
             let class =
                 sampling::categorical(logits, possible, &mut draws).ok_or(Overflow { row })?;
             let branching = Branching::from_class(class);
@@ -192,10 +205,11 @@ impl Situated {
                 drafts.push(Draft {
                     row,
                     tips,
-                    reach,
+                    plan,
                     branching,
                     child_tips,
                     child_reaches: [0; MAX_CHILDREN],
+                    child_nodes: [0; MAX_CHILDREN],
                     siblings: [None; MAX_CHILDREN],
                 });
             }
@@ -237,8 +251,9 @@ impl Situated {
                 let active = &frontier[draft.row];
                 let mut draws =
                     active.seed.draws(active.lineage, Purpose::TipSplit).at(q.slot as u64);
-                let taken = sampling::split(outputs, q.tips, q.children, draft.reach, &mut draws)
-                    .ok_or(Overflow { row: draft.row })?;
+                let taken =
+                    sampling::split(outputs, q.tips, q.children, draft.plan.reach, &mut draws)
+                        .ok_or(Overflow { row: draft.row })?;
                 draft.child_tips[q.slot] = taken;
                 let slot = next_slot(draft.branching, q.slot + 1);
                 let (tips, children) = (q.tips - taken, q.children - 1);
@@ -285,8 +300,45 @@ impl Situated {
             let draft = &mut drafts[*i];
             let active = &frontier[draft.row];
             let mut draws = active.seed.draws(active.lineage, Purpose::ChildReach).at(slot as u64);
-            let reach = sampling::reach(outputs, draft.reach - 1, *question, &mut draws);
+            let reach = sampling::reach(outputs, draft.plan.reach - 1, *question, &mut draws);
             draft.child_reaches[slot] = reach.ok_or(Overflow { row: draft.row })?;
+        }
+        Ok(())
+    }
+
+    /// How many nodes grow below the children in `slot`.
+    fn draw_sizes(
+        &self,
+        slot: usize,
+        features: usize,
+        frontier: &[Active<'_>],
+        work: &mut Workspace,
+        drafts: &mut [Draft],
+    ) -> Result<(), Overflow> {
+        let mut open = Vec::new();
+        for (i, draft) in drafts.iter_mut().enumerate() {
+            if !draft.branching.has(slot) {
+                continue;
+            }
+            let known = draft.bequest(slot);
+            match known.question() {
+                Size::Settled(nodes) => draft.child_nodes[slot] = nodes,
+                Size::Open { least, most } => open.push((i, known, (least, most))),
+            }
+        }
+        let outputs = work.run(
+            &self.size,
+            features,
+            &open,
+            |(i, ..)| drafts[*i].row,
+            |(_, known, _), out| size::encode(known, out),
+        );
+        for ((i, _, bounds), outputs) in open.iter().zip(outputs.chunks_exact(SPLIT_OUTPUTS)) {
+            let draft = &mut drafts[*i];
+            let active = &frontier[draft.row];
+            let mut draws = active.seed.draws(active.lineage, Purpose::ChildSize).at(slot as u64);
+            let nodes = sampling::count(outputs, *bounds, &mut draws);
+            draft.child_nodes[slot] = nodes.ok_or(Overflow { row: draft.row })?;
         }
         Ok(())
     }
@@ -317,8 +369,8 @@ impl Situated {
                     branching: draft.branching,
                     parent_tips: draft.tips,
                     tips: draft.child_tips[slot],
-                    parent_reach: draft.reach,
-                    reach: draft.child_reaches[slot],
+                    parent_reach: draft.plan.reach,
+                    plan: draft.child_plan(slot),
                     slot: self.slots[tree.species][slot],
                     roll,
                     earlier: &draft.siblings[..slot],
@@ -335,7 +387,7 @@ impl Situated {
                 .ok_or(Overflow { row: draft.row })?;
             draft.siblings[slot] = Some(Sibling { tips, turn });
             branchlets[draft.row].children[slot] = child;
-            branchlets[draft.row].reaches[slot] = draft.child_reaches[slot];
+            branchlets[draft.row].plans[slot] = draft.child_plan(slot);
         }
         Ok(())
     }

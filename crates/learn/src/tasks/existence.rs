@@ -60,8 +60,8 @@ impl Task for Existence<'_> {
         label.fill(0.0);
         label[shares.branching().class()] = 1.0;
         for (class, possible) in possible.iter_mut().enumerate() {
-            let fits = Branching::from_class(class).fits(shares.tips, shares.reach);
-            *possible = if fits { 0.0 } else { IMPOSSIBLE };
+            let allowed = shares.plan.allows(Branching::from_class(class), shares.tips);
+            *possible = if allowed { 0.0 } else { IMPOSSIBLE };
         }
     }
 

@@ -7,6 +7,7 @@ mod joint;
 mod reach;
 mod regressor;
 mod rotation;
+mod size;
 mod split;
 
 use burn::tensor::Tensor;
@@ -30,6 +31,7 @@ pub(crate) enum Network {
     Existence,
     Split,
     Reach,
+    Size,
     /// Of the child in a slot.
     Rotation(usize),
     Classifier,
@@ -46,7 +48,7 @@ impl Network {
             Kind::Situated => [Self::Existence]
                 .into_iter()
                 .chain(slots.map(Self::Rotation))
-                .chain([Self::Split, Self::Reach])
+                .chain([Self::Split, Self::Reach, Self::Size])
                 .collect(),
             Kind::Paper => {
                 [Self::Classifier].into_iter().chain(slots.map(Self::Regressor)).collect()
@@ -62,6 +64,7 @@ impl Network {
             Self::Existence => "existence",
             Self::Split => "split",
             Self::Reach => "reach",
+            Self::Size => "size",
             Self::Rotation(slot) => ROTATIONS[slot],
             Self::Classifier => "classifier",
             Self::Regressor(slot) => REGRESSORS[slot],
@@ -76,6 +79,7 @@ impl Network {
             Self::Split => 2,
             Self::Rotation(slot) => 3 + slot as u64,
             Self::Reach => 6,
+            Self::Size => 7,
             Self::Classifier => 11,
             Self::Regressor(slot) => 12 + slot as u64,
             Self::Joint => 21,
@@ -86,7 +90,7 @@ impl Network {
     pub(crate) fn hidden(self) -> &'static [usize] {
         match self {
             Self::Existence => &[128, 128],
-            Self::Split | Self::Reach => &[64, 64],
+            Self::Split | Self::Reach | Self::Size => &[64, 64],
             Self::Rotation(_) => &[96, 96],
             // Four networks of 160-160-160 have the 913 kB of the paper.
             Self::Classifier | Self::Regressor(_) | Self::Joint => &[160, 160, 160],
@@ -171,6 +175,7 @@ impl<'a> Lesson<'a> {
             }
             (Network::Split, _) => Box::new(split::Split::new(self)),
             (Network::Reach, _) => Box::new(reach::Reach::new(self)),
+            (Network::Size, _) => Box::new(size::Size::new(self)),
             (Network::Classifier, _) => Box::new(classifier::Classifier::new(self)),
             (Network::Regressor(slot), _) => Box::new(regressor::Regressor::new(self, slot)),
             (Network::Joint, _) => Box::new(joint::Joint::new(self)),
@@ -188,9 +193,9 @@ impl<'a> Lesson<'a> {
     /// Encodes the node at `spot` as kind `situated` reads it; gives what is left of `inputs`.
     fn encode<'i>(&self, spot: Spot, inputs: &'i mut [f32]) -> &'i mut [f32] {
         let (node, rest) = inputs.split_at_mut(situated::len(self.species));
-        let (tree, reach) = (self.conditions(spot), self.corpus.reach(spot));
+        let (tree, plan) = (self.conditions(spot), self.corpus.plan(spot));
         let sense = self.corpus.sense(spot);
-        situated::encode(self.corpus.node(spot), tree, reach, sense, self.species, node);
+        situated::encode(self.corpus.node(spot), tree, plan, sense, self.species, node);
         rest
     }
 }

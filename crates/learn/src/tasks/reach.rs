@@ -39,7 +39,7 @@ impl Answer {
             return None;
         };
         let reach = shares.reaches[slot];
-        if asks_heir && reach + 1 == shares.reach {
+        if asks_heir && reach + 1 == shares.plan.reach {
             return Some(Self::HEIR);
         }
         let (bins, bin) = (u32::from(bins), u32::from(reach));
@@ -57,7 +57,7 @@ fn known(shares: &Shares, slot: usize) -> Option<Inheritance> {
     branching.has(slot).then_some(Inheritance {
         branching,
         child_tips: shares.children,
-        reach: shares.reach,
+        reach: shares.plan.reach,
         slot,
         earlier: shares.reaches,
     })
@@ -147,9 +147,12 @@ impl Task for Reach<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use deeptree_graph::Plan;
 
     fn fork(reach: u16, reaches: [u16; MAX_CHILDREN]) -> Shares {
-        Shares { tips: 9, reach, subset: 0b111, children: [5, 2, 2], reaches }
+        let plan = Plan { reach, nodes: 0 };
+        let (subset, children) = (0b111, [5, 2, 2]);
+        Shares { tips: 9, plan, subset, children, reaches, ..Shares::default() }
     }
 
     #[test]

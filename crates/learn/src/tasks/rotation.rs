@@ -4,7 +4,7 @@ use burn::tensor::Tensor;
 use deeptree_graph::signature::situated::{
     self, LOG_SCALE, ROTATION_COMPONENTS, ROTATION_OUTPUTS, RotationContext, Sibling, rotation_len,
 };
-use deeptree_graph::{Draws, MAX_CHILDREN};
+use deeptree_graph::{Draws, MAX_CHILDREN, Plan};
 
 use super::{Lesson, Task};
 use crate::loss::{self, ROTATION_TARGETS};
@@ -68,8 +68,8 @@ impl Task for Rotation<'_> {
             branching: shares.branching(),
             parent_tips: shares.tips,
             tips,
-            parent_reach: shares.reach,
-            reach: shares.reaches[self.slot],
+            parent_reach: shares.plan.reach,
+            plan: Plan { reach: shares.reaches[self.slot], nodes: shares.nodes[self.slot] },
             slot: self.rotations.slots[tree.species][self.slot],
             roll: turn.roll,
             earlier: &siblings[..self.slot],

@@ -36,11 +36,11 @@ impl Decision {
         let earlier: u32 = shares.children[..slot].iter().sum();
         let left = shares.tips - u32::from(shares.branching().dropped) - earlier;
         let after = (shares.subset >> (slot + 1)).count_ones();
-        let decision = Self { left, after, tips: shares.children[slot], reach: shares.reach };
+        let decision = Self { left, after, tips: shares.children[slot], reach: shares.plan.reach };
         let is_open = |(least, most)| least < most;
         let open = shares.branching().has(slot)
             && after > 0
-            && is_open(share_bounds(left, after + 1, shares.reach));
+            && is_open(share_bounds(left, after + 1, shares.plan.reach));
         open.then_some(decision)
     }
 
@@ -162,6 +162,7 @@ pub(crate) fn bin_probability(outputs: &[f32], low: f32, high: f32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use deeptree_graph::Plan;
 
     fn decision(left: u32, after: u32, tips: u32) -> Decision {
         Decision { left, after, tips, reach: 9 }
@@ -185,20 +186,20 @@ mod tests {
 
     #[test]
     fn a_triple_fork_gives_two_decisions_and_a_forced_share_gives_none() {
-        let shares =
-            Shares { reach: 9, tips: 10, subset: 0b111, children: [4, 3, 2], ..Shares::default() };
+        let plan = |reach| Plan { reach, nodes: 0 };
+        let all = Shares { plan: plan(9), ..Shares::default() };
+        let shares = Shares { tips: 10, subset: 0b111, children: [4, 3, 2], ..all };
         assert_eq!(Decision::of(&shares, 0), Some(decision(9, 2, 4)));
         assert_eq!(Decision::of(&shares, 1), Some(decision(5, 1, 3)));
         assert_eq!(Decision::of(&shares, 2), None);
-        let forced =
-            Shares { reach: 9, tips: 2, subset: 0b101, children: [1, 0, 1], ..Shares::default() };
+        let forced = Shares { tips: 2, subset: 0b101, children: [1, 0, 1], ..all };
         assert_eq!(Decision::of(&forced, 0), None);
         // Children of reach 0 bear three tips at most.
-        let short = Shares { reach: 1, tips: 5, subset: 0b101, children: [2, 0, 3], ..forced };
+        let short = Shares { plan: plan(1), tips: 5, children: [2, 0, 3], ..forced };
         let lower = Decision::of(&short, 0).unwrap();
         assert_eq!((lower, lower.span()), (Decision { reach: 1, ..decision(5, 1, 2) }, (0, 2)));
         assert_eq!(Decision { tips: 3, ..lower }.span(), (2, 4));
-        let full = Shares { reach: 1, tips: 6, subset: 0b101, children: [3, 0, 3], ..forced };
+        let full = Shares { plan: plan(1), tips: 6, children: [3, 0, 3], ..forced };
         assert_eq!(Decision::of(&full, 0), None);
     }
 

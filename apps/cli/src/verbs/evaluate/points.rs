@@ -15,7 +15,8 @@ use crate::verbs::train::training::set_reads;
 
 const EXISTENCE: &[&str] = &["existence"];
 const ROTATIONS: &[&str] = &["rotation1", "rotation2", "rotation3"];
-const ALL: &[&str] = &["existence", "split", "reach", "rotation1", "rotation2", "rotation3"];
+const ALL: &[&str] =
+    &["existence", "split", "reach", "size", "rotation1", "rotation2", "rotation3"];
 
 /// Epochs and steps an epoch of each network: a twelfth of what the model that ships gives its
 /// longest.
