@@ -85,7 +85,16 @@ impl Growing {
                 let [near, wide] = neighbourhood.around(node.position);
                 let Heritage { lineage, plan } = self.heritage[id as usize];
                 let sense = Sense { centre, outlook, near, wide };
-                Active { node, lineage, seed: self.seed, tree: self.conditions, plan, sense }
+                let parent = node.parent.map(|id| self.tree.node(id));
+                Active {
+                    node,
+                    parent,
+                    lineage,
+                    seed: self.seed,
+                    tree: self.conditions,
+                    plan,
+                    sense,
+                }
             };
             let frontier: Vec<Active<'_>> = batch.iter().map(active).collect();
             model.branchlets(&frontier, work, &mut self.branchlets).map_err(|overflow| {

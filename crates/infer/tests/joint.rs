@@ -41,8 +41,15 @@ fn children(weights: &Weights) -> [Option<ChildSignature>; MAX_CHILDREN] {
     };
     let (lineage, seed) = (Lineage::ROOT, Seed(3));
     let sense = Sense::default();
-    let active =
-        Active { node: tree.root(), lineage, seed, tree: conditions, plan: Plan::default(), sense };
+    let active = Active {
+        node: tree.root(),
+        parent: None,
+        lineage,
+        seed,
+        tree: conditions,
+        plan: Plan::default(),
+        sense,
+    };
     let mut branchlets = Vec::new();
     model.branchlets(&[active], &mut Workspace::default(), &mut branchlets).unwrap();
     branchlets[0].children

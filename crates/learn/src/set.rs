@@ -131,6 +131,12 @@ impl<'a> Corpus<'a> {
         self.trees[spot.tree as usize].node(spot.node)
     }
 
+    /// The parent of the node at `spot`.
+    pub(crate) fn parent(&self, spot: Spot) -> Option<&'a Node> {
+        let tree = &self.trees[spot.tree as usize];
+        tree.node(spot.node).parent.map(|id| tree.node(id))
+    }
+
     /// The child in `slot` of the node at `spot`.
     pub(crate) fn child(&self, spot: Spot, slot: usize) -> Option<&'a Node> {
         let tree = &self.trees[spot.tree as usize];

@@ -334,7 +334,7 @@ pub struct Sibling {
 /// Number of features of [`encode_rotation`] for the child in `slot`.
 #[must_use]
 pub const fn rotation_len(slot: usize) -> usize {
-    BRANCHING_LEN + 1 + TIPS_LEN + 4 + 1 + 3 * 3 + 1 + 3 * 2 + 4 * slot
+    BRANCHING_LEN + 1 + TIPS_LEN + 4 + 1 + 4 + 3 * 3 + 1 + 3 * 2 + 4 * slot
 }
 
 /// What the rotation of a child depends on besides its parent's own features.
@@ -354,12 +354,16 @@ pub struct RotationContext<'a> {
     pub slot: Slot,
     /// The child's roll, in deviations of its slot.
     pub roll: f32,
+    /// The parent's own turn, in deviations of its own slot: none at the root.
+    pub own: Turn,
     /// The siblings in the slots before it.
     pub earlier: &'a [Option<Sibling>],
 }
 
 /// Encodes what the swing of a child depends on besides its parent: the branching, its tips, its
-/// reach and whether it is as long as a child's can be, the nodes below it, its roll, the siblings before it, and how gravity and light lie for a child that is not swung at
+/// reach and whether it is as long as a child's can be, the nodes below it, its roll, how the
+/// parent itself is turned (what bends a shoot, its biomass above all, bends the next one alike, so
+/// its swing is also told as far as the child would sag for it), the siblings before it, and how gravity and light lie for a child that is not swung at
 /// all. To follow the node's own features.
 ///
 /// Gravity is told four times: whether the child's front is so near to the vertical that gravity
@@ -375,8 +379,17 @@ pub fn encode_rotation(
     context: &RotationContext<'_>,
     out: &mut [f32],
 ) {
-    let RotationContext { branching, parent_tips, tips, parent_reach, plan, slot, roll, earlier } =
-        *context;
+    let RotationContext {
+        branching,
+        parent_tips,
+        tips,
+        parent_reach,
+        plan,
+        slot,
+        roll,
+        own,
+        earlier,
+    } = *context;
     let mut w = Writer { out, at: 0 };
     put_branching(&mut w, branching);
     w.put(tips as f32 / parent_tips as f32);
@@ -386,11 +399,15 @@ pub fn encode_rotation(
     w.put(log_size(plan.nodes));
     w.put(libm::logf((1 + plan.nodes) as f32 / tips as f32));
     w.put(roll);
+    w.put3(own.swing.extend(own.roll));
     let frame = node.orientation * slot.unswung(roll);
-    let own = frame.inverse();
-    w.put3(own * Vec3::Y);
-    w.put3(own * outward_from_axis(node.position));
-    w.put3(own * outward_from_crown(node.position));
+    let sags = [node.orientation, frame].map(sag);
+    let ratio = if sags[0] > 0.02 { (sags[1] / sags[0]).min(3.0) } else { 0.0 };
+    w.put(own.swing.x * ratio);
+    let into = frame.inverse();
+    w.put3(into * Vec3::Y);
+    w.put3(into * outward_from_axis(node.position));
+    w.put3(into * outward_from_crown(node.position));
     let (axis, angle) = to_the_vertical(frame);
     w.put(f32::from(u8::from(axis == Vec2::ZERO)));
     for factor in [1.0, angle, 4.0 * tree.gravitropism * angle] {
@@ -417,6 +434,13 @@ fn to_the_vertical(frame: Quat) -> (Vec2, f32) {
     }
     let axis = frame.inverse() * (across / sine);
     (axis.truncate(), libm::atan2f(sine, front.y.abs()))
+}
+
+/// How far a shoot in this frame would sag, but for its biomass and its strength:
+/// `(1 − |f_y|) acos |f_y|`.
+fn sag(frame: Quat) -> f32 {
+    let height = (frame * Vec3::NEG_Z).y.abs().min(1.0);
+    (1.0 - height) * libm::acosf(height)
 }
 
 /// Outward from the trunk; fades out at the axis, where it has no direction.

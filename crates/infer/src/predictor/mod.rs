@@ -23,6 +23,8 @@ use situated::Situated;
 pub struct Active<'a> {
     /// The node.
     pub node: &'a Node,
+    /// Its parent; none at the root.
+    pub parent: Option<&'a Node>,
     /// Its lineage, which keys the draws.
     pub lineage: Lineage,
     /// The seed of its tree.

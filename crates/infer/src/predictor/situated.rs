@@ -373,6 +373,7 @@ impl Situated {
                     plan: draft.child_plan(slot),
                     slot: self.slots[tree.species][slot],
                     roll,
+                    own: self.own_turn(&frontier[draft.row]),
                     earlier: &draft.siblings[..slot],
                 };
                 situated::encode_rotation(node, tree, &context, out);
@@ -390,6 +391,15 @@ impl Situated {
             branchlets[draft.row].plans[slot] = draft.child_plan(slot);
         }
         Ok(())
+    }
+
+    /// How a node itself is turned, in deviations of its slot.
+    fn own_turn(&self, active: &Active<'_>) -> Turn {
+        let Active { node, parent, tree, .. } = active;
+        let slot = &self.slots[tree.species][usize::from(node.slot)];
+        parent.map_or_else(Turn::default, |parent| {
+            slot.turn(node.rotation, parent, tree.gravitropism)
+        })
     }
 
     /// The roll of the child in `slot`, in deviations of the slot. A lateral has none: its bud has

@@ -2,7 +2,8 @@
 
 use burn::tensor::Tensor;
 use deeptree_graph::signature::situated::{
-    self, LOG_SCALE, ROTATION_COMPONENTS, ROTATION_OUTPUTS, RotationContext, Sibling, rotation_len,
+    self, LOG_SCALE, ROTATION_COMPONENTS, ROTATION_OUTPUTS, RotationContext, Sibling, Turn,
+    rotation_len,
 };
 use deeptree_graph::{Draws, MAX_CHILDREN, Plan};
 
@@ -63,6 +64,8 @@ impl Task for Rotation<'_> {
         let siblings: [_; MAX_CHILDREN] =
             std::array::from_fn(|slot| if slot <= self.slot { sibling(slot) } else { None });
         let Some(Sibling { tips, turn }) = siblings[self.slot] else { return };
+        let parent = self.lesson.corpus.parent(spot);
+        let own = parent.map_or_else(Turn::default, |up| self.rotations.turn(tree, up, node));
         let rest = self.lesson.encode(spot, inputs);
         let context = RotationContext {
             branching: shares.branching(),
@@ -72,6 +75,7 @@ impl Task for Rotation<'_> {
             plan: Plan { reach: shares.reaches[self.slot], nodes: shares.nodes[self.slot] },
             slot: self.rotations.slots[tree.species][self.slot],
             roll: turn.roll,
+            own,
             earlier: &siblings[..self.slot],
         };
         situated::encode_rotation(node, tree, &context, rest);
