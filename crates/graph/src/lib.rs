@@ -12,6 +12,7 @@
 //! | o | [`Node::order`] (Gravelius; trunk 0) | – |
 //! | m_p | [`Node::sibling_count`]: children of the parent | – |
 //! | a, v, s | [`TreeInfo::age`], [`TreeInfo::gravitropism`], [`TreeInfo::species`] | growth cycles, –, name |
+//! | Y | [`Occupancy`]: 32³ bits over the growth space | – |
 //! | u = (q, t, l) | [`ChildSignature`] | |
 //!
 //! A tree from the growth model, from the networks or from a file is the same [`BranchGraph`].
@@ -21,6 +22,7 @@
 mod blend;
 pub mod codec;
 mod graph;
+mod occupancy;
 mod paths;
 mod reach;
 mod rows;
@@ -33,6 +35,7 @@ mod traits;
 pub use blend::Share;
 pub use glam::{Quat, Vec2, Vec3};
 pub use graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, TreeInfo};
+pub use occupancy::{Occupancy, Voxel};
 pub use paths::{Path, branches, chains};
 pub use reach::{least_reach, most_tips, reaches};
 pub use rows::{GraphError, Row};
