@@ -9,9 +9,10 @@
 
 use glam::{IVec3, Vec3};
 
-use crate::graph::{BranchGraph, NodeId};
+use crate::graph::{BranchGraph, Node, NodeId};
 use crate::plan::Plan;
 use crate::signature::{GROWTH_SPACE, tip_count};
+use crate::surround::Surround;
 
 /// Side of the cells of the near neighbourhood in metres: the voxels of the occupancy grid.
 const NEAR_CELL: f32 = 2.0;
@@ -32,6 +33,10 @@ pub struct Sense {
     pub near: Crowd,
     /// The 3³ cells of 8 m around the node.
     pub wide: Crowd,
+    /// What stands around the tree.
+    pub surround: Surround,
+    /// How far what stands around is expected to move the crown, in metres; horizontal.
+    pub drift: Vec3,
 }
 
 /// The nodes in the cells around a place.
@@ -211,9 +216,24 @@ impl Balance {
     }
 }
 
-/// What each node of a finished tree saw when it was asked for its children.
+/// What each node of a finished tree saw when it was asked for its children, in the open field.
 #[must_use]
 pub fn senses(tree: &BranchGraph, tip_radius: f32, plans: &[Plan]) -> Vec<Sense> {
+    senses_in(tree, tip_radius, plans, |_| Surround::default(), Vec3::ZERO)
+}
+
+/// As [`senses`], among what stands around.
+///
+/// `surround` tells what a node sees of what stands around, and `drift` how far that is expected to
+/// move the crown.
+#[must_use]
+pub fn senses_in(
+    tree: &BranchGraph,
+    tip_radius: f32,
+    plans: &[Plan],
+    surround: impl Fn(&Node) -> Surround,
+    drift: Vec3,
+) -> Vec<Sense> {
     let mut neighbourhood = Neighbourhood::of_a_tree();
     let mut balance = Balance::default();
     let mut senses = vec![Sense::default(); tree.len()];
@@ -227,7 +247,8 @@ pub fn senses(tree: &BranchGraph, tip_radius: f32, plans: &[Plan]) -> Vec<Sense>
         let mut next = Vec::new();
         for &id in &level {
             let [near, wide] = neighbourhood.around(tree.node(id).position);
-            senses[id as usize] = Sense { centre, outlook, near, wide };
+            let surround = surround(tree.node(id));
+            senses[id as usize] = Sense { centre, outlook, near, wide, surround, drift };
             next.extend(tree.node(id).children.into_iter().flatten());
         }
         level = next;

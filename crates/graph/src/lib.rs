@@ -30,12 +30,13 @@ mod reach;
 mod rows;
 mod seed;
 pub mod signature;
+mod surround;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;
 mod traits;
 
 pub use blend::Share;
-pub use crowding::{Balance, Crowd, Neighbourhood, Sense, senses};
+pub use crowding::{Balance, Crowd, Neighbourhood, Sense, senses, senses_in};
 pub use glam::{Quat, Vec2, Vec3};
 pub use graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, TreeInfo};
 pub use occupancy::{Occupancy, Voxel};
@@ -44,4 +45,5 @@ pub use plan::{Plan, plans};
 pub use reach::{least_reach, most_tips, reaches};
 pub use rows::{GraphError, Row};
 pub use seed::{Draws, Lineage, Purpose, Seed};
+pub use surround::{NEIGHBOURS, Surround};
 pub use traits::TreeTraits;

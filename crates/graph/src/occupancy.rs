@@ -55,8 +55,9 @@ impl Voxel {
         self.low() + Vec3::splat(VOXEL / 2.0)
     }
 
-    /// x changes fastest, then y, then z.
-    const fn index(self) -> usize {
+    /// The voxel's number: x changes fastest, then y, then z.
+    #[must_use]
+    pub const fn index(self) -> usize {
         (self.z as usize * SIDE + self.y as usize) * SIDE + self.x as usize
     }
 

@@ -36,6 +36,8 @@ pub enum Purpose {
     Shedding = 9,
     /// Age and gravitropism of a tree in a corpus of priors.
     Priors = 10,
+    /// The obstacles of a random scene.
+    Scenery = 11,
     /// Which root signature a generated tree starts from.
     RootSignature = 32,
     /// Which children a node has.

@@ -49,22 +49,29 @@ impl<'a> Growth<'a> {
         }
     }
 
-    /// Runs one cycle.
-    pub(crate) fn cycle(&mut self, number: u32, surroundings: &impl Surroundings) {
-        self.density.fill(self.internodes.iter().map(|i| i.base));
+    /// Runs one cycle. `others` are the bases of the internodes of other trees near by.
+    pub(crate) fn cycle(&mut self, number: u32, surroundings: &impl Surroundings, others: &[Vec3]) {
+        let bases = self.internodes.iter().map(|i| i.base);
+        self.density.fill(bases.chain(others.iter().copied()));
         self.measure_from_the_root();
         self.measure_from_the_tips();
         self.prune(number);
         self.balance();
         self.grow(number, surroundings);
         self.place();
-        self.remove(|_, internode| !surroundings.admits(internode.base));
+        self.remove(|_, internode| !surroundings.admits(internode.base, internode.tip()));
         self.thicken();
     }
 
     /// Removes what the last cycle grew into the ground, as the next one would.
     pub(crate) fn finish(&mut self) {
         self.remove(|_, internode| internode.base.y < 0.0);
+        self.thicken();
+    }
+
+    /// Removes these internodes, of which there is at least one, with all they bear.
+    pub(crate) fn prune_these(&mut self, gone: &[u32]) {
+        self.remove(|i, _| gone.contains(&(i as u32)));
         self.thicken();
     }
 
@@ -264,7 +271,8 @@ impl<'a> Growth<'a> {
     /// Lets the dormant lateral buds die or flush.
     ///
     /// A bud flushes with `P = max(0, 1 − A) · I^F_LLF / (κ D)`, never where D is above its cap. So
-    /// with u uniform it flushes exactly when D lies below `max(0, 1 − A) · I^F_LLF / (κ u)`.
+    /// with u uniform it flushes exactly when D lies below `max(0, 1 − A) · I^F_LLF / (κ u)`. Where
+    /// there are obstacles, the exponent has a least value.
     fn flush_laterals(&mut self, i: usize, number: u32, surroundings: &impl Surroundings) {
         let p = self.p;
         let buds = p.lateral_buds as usize;
@@ -281,7 +289,8 @@ impl<'a> Growth<'a> {
             }
             let tip = self.internodes[i].tip();
             let light = surroundings.light(tip, self.outward(i)).availability;
-            let activity = libm::powf(light, p.lateral_lighting_factor);
+            let exponent = p.lateral_lighting_factor.max(surroundings.least_lighting_factor());
+            let activity = libm::powf(light, exponent);
             let u = self.draws(i, Purpose::LateralFlush, number).at(k as u64).open_uniform() as f32;
             *limit = (strength * activity / (p.crown_density * u)).min(DENSITY_CAP);
         }

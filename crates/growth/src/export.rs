@@ -7,8 +7,12 @@ use crate::internode::Internode;
 /// The branch graph of a grown tree: a node for each internode that bears others; the unfinished
 /// tips are dropped. None when not even the first internode has any length.
 ///
-/// A tree that is nothing but its first internode keeps it.
-pub(crate) fn to_graph(internodes: &[Internode], info: TreeInfo) -> Option<BranchGraph> {
+/// A tree that is nothing but its first internode keeps it. The second value is the internode of
+/// each node.
+pub(crate) fn to_graph(
+    internodes: &[Internode],
+    info: TreeInfo,
+) -> Option<(BranchGraph, Vec<u32>)> {
     let root = &internodes[0];
     if root.length == 0.0 {
         return None;
@@ -22,7 +26,7 @@ pub(crate) fn to_graph(internodes: &[Internode], info: TreeInfo) -> Option<Branc
         length: internode.length,
     };
     let mut tree = BranchGraph::new(info, Vec3::ZERO, signature(root, None));
-    let mut internode_of = vec![0];
+    let mut internode_of: Vec<u32> = vec![0];
     let mut next = 0;
     while next < internode_of.len() {
         let parent = &internodes[internode_of[next] as usize];
@@ -34,5 +38,5 @@ pub(crate) fn to_graph(internodes: &[Internode], info: TreeInfo) -> Option<Branc
         internode_of.extend(exported.into_iter().flatten());
         next += 1;
     }
-    Some(tree)
+    Some((tree, internode_of))
 }

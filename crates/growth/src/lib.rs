@@ -16,14 +16,17 @@ mod export;
 mod internode;
 pub mod parameters;
 mod species;
+mod stand;
 mod surroundings;
 mod tropism;
 
 use deeptree_graph::{BranchGraph, Seed, TreeInfo};
+use deeptree_scene::Environment;
 
 pub use parameters::{ParameterError, Parameters};
 pub use species::{Profile, SPECIES, Species, SpeciesError};
-pub use surroundings::{Light, OpenField, Surroundings};
+pub use stand::{Planted, grow_stand, grow_stand_in};
+pub use surroundings::{Around, Light, OpenField, Surroundings};
 
 /// Internodes a growth may hold at once; far above what any preset reaches.
 pub const DEFAULT_BUDGET: usize = 80_000;
@@ -80,19 +83,64 @@ pub fn grow_in(
     let mut growth = cycle::Growth::new(parameters, seed);
     let mut hit_budget = false;
     for number in 0..age {
-        growth.cycle(number, surroundings);
+        growth.cycle(number, surroundings, &[]);
         hit_budget = growth.internodes.len() > budget;
         if hit_budget {
             break;
         }
     }
+    finish(growth, species, parameters, seed, surroundings, hit_budget)
+}
+
+/// Grows one tree among the obstacles and within the volume of an environment; in the open field
+/// the same tree as [`grow`].
+///
+/// # Errors
+///
+/// As [`grow`].
+pub fn grow_around(
+    species: &str,
+    parameters: &Parameters,
+    seed: Seed,
+    environment: &Environment,
+) -> Result<Grown, GrowError> {
+    if environment.is_open() {
+        return grow(species, parameters, seed);
+    }
+    grow_in(species, parameters, seed, &Around::new(environment), DEFAULT_BUDGET)
+}
+
+/// The branch graph of a growth that has come to its end.
+///
+/// Positions in a branch graph follow from lengths and rotations, and are rounded otherwise than
+/// those in the growth; so each node is held against the surroundings once more where it ends up.
+fn finish(
+    mut growth: cycle::Growth<'_>,
+    species: &str,
+    parameters: &Parameters,
+    seed: Seed,
+    surroundings: &impl Surroundings,
+    hit_budget: bool,
+) -> Result<Grown, GrowError> {
     growth.finish();
-    let info = TreeInfo {
-        species: species.to_owned(),
-        age,
-        gravitropism: parameters.gravitropism,
-        seed: seed.0,
-    };
-    let tree = export::to_graph(&growth.internodes, info).ok_or(GrowError::NothingGrown { age })?;
-    Ok(Grown { tree, hit_budget })
+    let age = parameters.age as u32;
+    let (species, gravitropism) = (species.to_owned(), parameters.gravitropism);
+    let info = TreeInfo { species, age, gravitropism, seed: seed.0 };
+    loop {
+        let (tree, internode_of) = export::to_graph(&growth.internodes, info.clone())
+            .ok_or(GrowError::NothingGrown { age })?;
+        // The first internode stays: scenes have no obstacle over it.
+        let gone: Vec<u32> = (1..tree.len())
+            .filter(|&id| {
+                let node = &tree.nodes()[id];
+                let (base, tip) = (node.base(), node.position);
+                !surroundings.admits(base, tip) || !surroundings.admits(tip, tip)
+            })
+            .map(|id| internode_of[id])
+            .collect();
+        if gone.is_empty() {
+            return Ok(Grown { tree, hit_budget });
+        }
+        growth.prune_these(&gone);
+    }
 }

@@ -135,7 +135,7 @@ impl Surroundings for Darkness {
         Light { availability: 0.0, direction: None }
     }
 
-    fn admits(&self, _: deeptree_graph::Vec3) -> bool {
+    fn admits(&self, _: deeptree_graph::Vec3, _: deeptree_graph::Vec3) -> bool {
         true
     }
 }
@@ -148,7 +148,7 @@ impl Surroundings for Wall {
         Light { availability: 1.0, direction: Some(deeptree_graph::Vec3::NEG_X) }
     }
 
-    fn admits(&self, base: deeptree_graph::Vec3) -> bool {
+    fn admits(&self, base: deeptree_graph::Vec3, _: deeptree_graph::Vec3) -> bool {
         base.x < 2.0
     }
 }

@@ -82,6 +82,7 @@ mod tests {
     use crate::crowding::{Crowd, Sense};
     use crate::graph::{BranchGraph, ChildSignature, TreeInfo};
     use crate::plan::Plan;
+    use crate::surround::Surround;
     use glam::{Quat, Vec2};
 
     const PLAN: Plan = Plan { reach: 4, nodes: 9 };
@@ -100,6 +101,8 @@ mod tests {
             outlook: turned(1.5, 9.0, 0.7),
             near: Crowd { nodes: 7, towards: turned(0.2, -0.4, 0.1) },
             wide: Crowd { nodes: 80, towards: turned(-1.0, 3.0, 2.0) },
+            surround: Surround { taken: 9, shade: 0.3, bright: turned(0.6, 0.0, 0.8) },
+            drift: turned(2.0, 0.0, 1.0),
         }
     }
 
@@ -168,6 +171,7 @@ mod tests {
                 "place" => continue_at(&mut end, attribute("place", 8)),
                 "frame" => node.orientation *= Quat::from_rotation_x(0.4),
                 "sense" => sense.outlook.x += 1.0,
+                "env" => sense.surround.taken ^= 1,
                 other => panic!("{other}"),
             }
             let mut range = attribute(name, 8).unwrap();
@@ -178,7 +182,7 @@ mod tests {
                 match name {
                     "n" => range.end = attribute("size", 8).unwrap().end,
                     "reach" => range.end = attribute("size", 8).unwrap().end,
-                    "frame" => range.end = attribute("sense", 8).unwrap().end,
+                    "frame" => range.end = attribute("env", 8).unwrap().end,
                     _ => {}
                 }
                 let after = features(&node, &tree, plan, &sense);

@@ -16,6 +16,7 @@ use crate::crowding::{Crowd, Sense};
 use crate::graph::{MAX_CHILDREN, Node};
 use crate::plan::Plan;
 use crate::reach::most_tips;
+use crate::surround::{NEIGHBOURS, Surround};
 use crate::traits::TreeTraits;
 
 /// Tip counts up to this have a one-hot of their own.
@@ -53,19 +54,23 @@ pub const fn len(species: usize) -> usize {
         + 9
         + 3
         + SENSE_LEN
+        + ENV_LEN
 }
 
 /// The crown's centre, its outlook twice, and two crowds of a number and a direction.
 const SENSE_LEN: usize = 3 + 3 + 3 + 2 * 4;
 
+/// Z, the shade, the direction to the light, and the crown's drift.
+const ENV_LEN: usize = NEIGHBOURS + 1 + 3 + 3;
+
 /// What [`encode`] writes, in its order, by the paper's symbols without subscripts where it has
 /// them; `traits` with the tips of the whole tree, `n` the node's tips, `reach` the
 /// longest path below, `size` all nodes below, `df` the distance to the
 /// last fork, `place` height and distance from the axis, `frame` what is told in the node's own
-/// frame, `sense` what has grown so far.
-pub const ATTRIBUTES: [&str; 18] = [
+/// frame, `sense` what has grown so far, `env` what stands around.
+pub const ATTRIBUTES: [&str; 19] = [
     "s", "a", "v", "traits", "n", "reach", "size", "ds", "df", "dr", "o", "mp", "slot", "qp", "lp",
-    "place", "frame", "sense",
+    "place", "frame", "sense", "env",
 ];
 
 /// Where the attribute of this name stands in [`encode`]; none for a name not in [`ATTRIBUTES`].
@@ -91,6 +96,7 @@ pub fn attribute(name: &str, species: usize) -> Option<std::ops::Range<usize>> {
         2,
         12,
         SENSE_LEN,
+        ENV_LEN,
     ];
     let index = ATTRIBUTES.iter().position(|known| *known == name)?;
     let start = widths[..index].iter().sum();
@@ -104,7 +110,8 @@ pub fn attribute(name: &str, species: usize) -> Option<std::ops::Range<usize>> {
 /// the nodes by tip; d_s, the distance to the last fork and d_r, each as a number and a
 /// one-hot of whole metres; o, m_p and the slot as one-hots; q_p and l_p; height and distance from
 /// the axis; gravity (as the height of front, up and right), the position and the outward direction,
-/// each in the node's own frame; and what has grown so far, its directions also in that frame.
+/// each in the node's own frame; and what has grown so far and what stands around, their
+/// directions also in that frame.
 ///
 /// # Panics
 ///
@@ -166,12 +173,13 @@ pub fn encode(
     w.put3(own * outward_from_axis(node.position));
     w.put3(own * outward_from_crown(node.position));
     put_sense(&mut w, sense, node.position, own);
+    put_surround(&mut w, sense, own);
     debug_assert_eq!(w.at, len(species));
 }
 
 /// What has grown so far, seen from `position` in the frame whose inverse is `own`.
 fn put_sense(w: &mut Writer<'_>, sense: &Sense, position: Vec3, own: Quat) {
-    let Sense { centre, outlook, near, wide } = *sense;
+    let Sense { centre, outlook, near, wide, .. } = *sense;
     w.put3(own * ((centre - position) / 16.0));
     w.put3(own * ((outlook - position) / 16.0));
     w.put3(own * (outlook.with_y(0.0) / 4.0));
@@ -179,6 +187,17 @@ fn put_sense(w: &mut Writer<'_>, sense: &Sense, position: Vec3, own: Quat) {
         w.put(libm::logf(1.0 + nodes as f32) / 8.0);
         w.put3(own * (towards / scale));
     }
+}
+
+/// What stands around, in the frame whose inverse is `own`: all zeros in the open field.
+fn put_surround(w: &mut Writer<'_>, sense: &Sense, own: Quat) {
+    let Surround { taken, shade, bright } = sense.surround;
+    for place in 0..NEIGHBOURS {
+        w.put((taken >> place & 1) as f32);
+    }
+    w.put(shade);
+    w.put3(own * (shade * bright));
+    w.put3(own * (sense.drift / 4.0));
 }
 
 /// `ln(1 + n) / 8` of a number of nodes.

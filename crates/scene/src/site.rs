@@ -1,0 +1,140 @@
+//! An environment as growth by network asks it: what each node sees, and where no branch can go.
+
+use std::sync::OnceLock;
+
+use deeptree_graph::{Node, Occupancy, Surround, Vec3, Voxel};
+
+use crate::environment::Environment;
+use crate::sky::Sky;
+
+/// Voxels of the growth space.
+const VOXELS: usize = Occupancy::SIDE * Occupancy::SIDE * Occupancy::SIDE;
+
+/// An environment with what has been asked of it. The sky is that of the middle of a voxel of 2 m,
+/// or of the node itself where that middle lies in an obstacle, and outside of the growth space.
+#[derive(Debug)]
+pub struct Site {
+    environment: Environment,
+    taken: Occupancy,
+    shading: Occupancy,
+    /// The voxels within a voxel of an obstacle: no edge from elsewhere of up to 2 m enters one.
+    near: Occupancy,
+    /// None where the middle of the voxel lies in an obstacle.
+    skies: Vec<OnceLock<Option<Sky>>>,
+}
+
+impl Site {
+    /// The site of trees at the origin of an environment.
+    #[must_use]
+    pub fn new(environment: Environment) -> Self {
+        let (taken, shading) = (environment.occupancy(), environment.scene.occupancy());
+        let mut near = Occupancy::EMPTY;
+        for Voxel { x, y, z } in shading.iter() {
+            for i in 0..27 {
+                let [dx, dy, dz] = [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1];
+                let next = Voxel::at(i64::from(x) + dx, i64::from(y) + dy, i64::from(z) + dz);
+                if let Some(next) = next {
+                    near.set(next);
+                }
+            }
+        }
+        let cells = if environment.scene.is_empty() { 0 } else { VOXELS };
+        let skies = std::iter::repeat_with(OnceLock::new).take(cells).collect();
+        Self { environment, taken, shading, near, skies }
+    }
+
+    /// The environment.
+    #[must_use]
+    pub const fn environment(&self) -> &Environment {
+        &self.environment
+    }
+
+    /// Y: the voxels that obstacles take or that lie outside of the volume.
+    #[must_use]
+    pub const fn taken(&self) -> &Occupancy {
+        &self.taken
+    }
+
+    /// The voxels that obstacles take: those that shade.
+    #[must_use]
+    pub const fn shading(&self) -> &Occupancy {
+        &self.shading
+    }
+
+    /// What a node sees of what stands around.
+    #[must_use]
+    pub fn surround(&self, node: &Node) -> Surround {
+        let sky = self.sky(node.position);
+        Surround {
+            taken: Surround::taken_around(node, &self.taken),
+            shade: 1.0 - sky.free,
+            bright: sky.toward.unwrap_or(Vec3::ZERO),
+        }
+    }
+
+    fn sky(&self, position: Vec3) -> Sky {
+        let scene = &self.environment.scene;
+        if self.skies.is_empty() {
+            return Sky::OPEN;
+        }
+        let Some(voxel) = Voxel::holding(position) else { return scene.sky(position) };
+        let look = || {
+            let middle = voxel.centre();
+            (!scene.contains(middle)).then(|| scene.sky(middle))
+        };
+        self.skies[voxel.index()].get_or_init(look).unwrap_or_else(|| scene.sky(position))
+    }
+
+    /// May the edge of a node run from `base` to `tip`?
+    #[must_use]
+    pub fn admits_edge(&self, base: Vec3, tip: Vec3) -> bool {
+        let in_volume = || self.environment.volume.as_ref().is_none_or(|volume| volume.admits(tip));
+        let is_far = || {
+            Voxel::holding(base).is_some_and(|voxel| !self.near.holds(voxel))
+                && base.distance_squared(tip) <= Occupancy::VOXEL * Occupancy::VOXEL
+        };
+        in_volume()
+            && (self.skies.is_empty() || is_far() || !self.environment.scene.crosses(base, tip))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Scene, Volume};
+    use deeptree_graph::Seed;
+    use deeptree_graph::testing::random_tree;
+
+    #[test]
+    fn the_open_field_shows_nothing_and_admits_all() {
+        let site = Site::new(Environment::default());
+        for node in random_tree(1, 50).nodes() {
+            assert_eq!(site.surround(node), Surround::default());
+            assert!(site.admits_edge(node.base(), node.position));
+        }
+    }
+
+    #[test]
+    fn what_is_near_is_found_as_by_asking_the_scene_itself() {
+        for seed in 0..10 {
+            let environment = Environment { scene: Scene::random(Seed(seed)), volume: None };
+            let site = Site::new(environment.clone());
+            for i in 0..2000 {
+                let x = |k: i32| (i * k % 701) as f32 * 0.06 - 21.0;
+                let base = Vec3::new(x(37), x(59) + 21.0, x(83));
+                let tip = base + Vec3::new(x(11), x(13), x(17)).normalize_or_zero() * 1.05;
+                assert_eq!(site.admits_edge(base, tip), environment.admits_edge(base, tip));
+            }
+        }
+    }
+
+    #[test]
+    fn a_volume_shades_nothing() {
+        let volume = Some(Volume::Cone);
+        let site = Site::new(Environment { volume, ..Environment::default() });
+        assert!(site.shading().is_empty() && !site.taken().is_empty());
+        let far = Vec3::new(20.0, 5.0, 0.0);
+        assert!(!site.admits_edge(far, far) && site.admits_edge(Vec3::Y, 2.0 * Vec3::Y));
+        assert_eq!(site.sky(far), Sky::OPEN);
+    }
+}
