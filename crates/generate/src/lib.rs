@@ -10,6 +10,7 @@
 mod aim;
 mod algebra;
 mod density;
+mod regrow;
 mod state;
 mod wish;
 
@@ -18,6 +19,7 @@ use deeptree_graph::{BranchGraph, Lineage, Purpose, Seed, TreeInfo, Vec3};
 use deeptree_infer::{Active, Branchlet, Predictor, Root, Workspace};
 
 use aim::Aim;
+pub use regrow::{RegrowError, Regrown, regrow};
 pub use wish::Wishes;
 
 /// Nodes a tree may have unless another budget is asked for.
@@ -243,6 +245,7 @@ pub fn regenerate(
             seed: germ.seed,
             tree: conditions,
             reach: heritage[id].reach,
+            settled: None,
         };
         let frontier: Vec<Active<'_>> = (next..end).map(active).collect();
         model

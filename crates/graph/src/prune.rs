@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId};
+use crate::graph::{BranchGraph, MAX_CHILDREN, Node, NodeId};
 use crate::reach::reaches;
 
 /// What to cut off. A node that is cut takes with it all that it bears.
@@ -76,6 +76,8 @@ pub struct Wound {
     pub thickness: f32,
     /// Nodes on the longest path below the child that was cut off.
     pub reach: u16,
+    /// Nodes that were cut off, that child included.
+    pub nodes: u32,
 }
 
 /// A tree without what was cut off.
@@ -103,9 +105,8 @@ pub fn prune(tree: &BranchGraph, cuts: &[Cut]) -> Result<Pruned, PruneError> {
     if is_cut[0] {
         return Err(PruneError::NothingLeft);
     }
-    let reaches = reaches(tree);
-    let mut left =
-        BranchGraph::with_root_tip(tree.info.clone(), tree.root().position, tree.root().as_child());
+    let (reaches, sizes) = (reaches(tree), sizes(tree));
+    let mut left = tree.root_only();
     let mut kept = vec![None; tree.len()];
     kept[0] = Some(0);
     let mut wounds = Vec::new();
@@ -124,13 +125,25 @@ pub fn prune(tree: &BranchGraph, cuts: &[Cut]) -> Result<Pruned, PruneError> {
                 before.push(child);
             } else {
                 let thickness = tree.node(child).thickness;
-                let reach = reaches[child as usize];
-                wounds.push(Wound { node, slot: slot as u8, thickness, reach });
+                let (reach, nodes) = (reaches[child as usize], sizes[child as usize]);
+                wounds.push(Wound { node, slot: slot as u8, thickness, reach, nodes });
             }
         }
         next += 1;
     }
     Ok(Pruned { tree: left, kept, wounds })
+}
+
+/// For each node, how many nodes it bears, itself included.
+fn sizes(tree: &BranchGraph) -> Vec<u32> {
+    let mut sizes = vec![1; tree.len()];
+    // Children stand after their parents.
+    for (id, node) in tree.nodes().iter().enumerate().rev() {
+        if let Some(parent) = node.parent {
+            sizes[parent as usize] += sizes[id];
+        }
+    }
+    sizes
 }
 
 /// For each node, whether it or one that bears it is cut.
@@ -211,15 +224,6 @@ impl Cut {
     }
 }
 
-impl Node {
-    /// What [`BranchGraph::grow`] makes this node again of, below the same parent.
-    #[must_use]
-    pub const fn as_child(&self) -> ChildSignature {
-        let Self { rotation, thickness, length, .. } = *self;
-        ChildSignature { rotation, thickness, length }
-    }
-}
-
 /// Does the segment from `a` to `b` have a point in the box?
 fn enters_box(a: Vec3, b: Vec3, min: Vec3, max: Vec3) -> bool {
     // The part of the segment, from 0 to 1, that lies between each pair of faces.
@@ -261,7 +265,7 @@ mod tests {
     use super::*;
     use crate::codec::csv::{self, CsvWriter};
     use crate::testing::random_tree;
-    use crate::{Quat, TreeInfo};
+    use crate::{ChildSignature, Quat, TreeInfo};
     use proptest::prelude::*;
 
     /// A trunk of `height` edges of a metre straight up, whose every node has a lateral of a metre
@@ -389,6 +393,8 @@ mod tests {
                 }
             }
             prop_assert_eq!(lost, pruned.wounds.len());
+            let cut: u32 = pruned.wounds.iter().map(|wound| wound.nodes).sum();
+            prop_assert_eq!(pruned.tree.len() + cut as usize, tree.len());
         }
 
         #[test]
@@ -429,6 +435,7 @@ mod tests {
                 slot: lost.slot,
                 thickness: lost.thickness,
                 reach: reaches(&tree)[node as usize],
+                nodes: pruned.kept.iter().filter(|kept| kept.is_none()).count() as u32,
             };
             prop_assert_eq!(pruned.wounds, [wound]);
         }
@@ -458,7 +465,7 @@ mod tests {
         assert_eq!(left(Cut::Nodes(vec![2, 4])), (9, 2));
         // The lateral above the cut was 0.05 thick and bore nothing.
         let lateral = prune(&tree, &[Cut::Nodes(vec![2])]).unwrap().wounds;
-        assert_eq!(lateral, [Wound { node: 0, slot: 1, thickness: 0.05, reach: 0 }]);
+        assert_eq!(lateral, [Wound { node: 0, slot: 1, thickness: 0.05, reach: 0, nodes: 1 }]);
     }
 
     #[test]

@@ -83,7 +83,7 @@ fn branchlets(model: &Model, species: usize) -> Vec<Branchlet> {
         traits: TreeTraits::of(&tree),
     };
     let (lineage, seed) = (Lineage::ROOT, Seed(3));
-    let active = |node| Active { node, lineage, seed, tree: conditions, reach: 12 };
+    let active = |node| Active { node, lineage, seed, tree: conditions, reach: 12, settled: None };
     let frontier: Vec<Active<'_>> = tree.nodes().iter().map(active).collect();
     let mut branchlets = Vec::new();
     model.branchlets(&frontier, &mut Workspace::default(), &mut branchlets).unwrap();

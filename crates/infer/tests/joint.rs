@@ -39,7 +39,8 @@ fn children(weights: &Weights) -> [Option<ChildSignature>; MAX_CHILDREN] {
         traits: TreeTraits::of(&tree),
     };
     let (lineage, seed) = (Lineage::ROOT, Seed(3));
-    let active = Active { node: tree.root(), lineage, seed, tree: conditions, reach: 0 };
+    let active =
+        Active { node: tree.root(), lineage, seed, tree: conditions, reach: 0, settled: None };
     let mut branchlets = Vec::new();
     model.branchlets(&[active], &mut Workspace::default(), &mut branchlets).unwrap();
     branchlets[0].children

@@ -4,6 +4,7 @@ mod joint;
 mod paper;
 mod roots;
 mod sampling;
+mod settled;
 mod situated;
 
 use deeptree_graph::{
@@ -16,6 +17,7 @@ use crate::weights::{ModelKind, ReadWeightsError, Weights};
 use joint::Joint;
 use paper::Paper;
 pub use roots::{ROOT_COLUMNS, Root};
+pub use settled::{Former, Settled};
 use situated::Situated;
 
 /// A node whose children are to be drawn.
@@ -31,6 +33,8 @@ pub struct Active<'a> {
     pub tree: TreeConditions,
     /// Nodes on the longest path below it, as its parent has left it; kind `situated` only.
     pub reach: u16,
+    /// What of its branchlet is settled; none where all of it is to be drawn.
+    pub settled: Option<&'a Settled>,
 }
 
 /// The children of a node, by slot.
@@ -107,13 +111,16 @@ pub trait Predictor: Sync {
     /// Radius of a tip of species number `species`, in metres.
     fn tip_radius(&self, species: usize) -> f32;
 
+    /// Do the radii that it draws say how many tips a node bears, by the pipe model?
+    fn conserves_tips(&self) -> bool;
+
     /// Which model this is: the start of the SHA-256 of its file.
     fn hash(&self) -> [u8; 16];
 
     /// Draws the branchlet of each node of the frontier into `branchlets`, in its order.
     ///
-    /// The branchlet of a node depends on that node, its lineage, its reach, its tree's seed and
-    /// conditions only: neither on the rest of the frontier nor on the path.
+    /// The branchlet of a node depends on that node, its lineage, its reach, what of it is settled,
+    /// its tree's seed and conditions only: neither on the rest of the frontier nor on the path.
     ///
     /// # Errors
     ///
@@ -210,6 +217,10 @@ impl Predictor for Model {
 
     fn tip_radius(&self, species: usize) -> f32 {
         self.tip_radius[species]
+    }
+
+    fn conserves_tips(&self) -> bool {
+        self.kind() == ModelKind::Situated
     }
 
     fn hash(&self) -> [u8; 16] {

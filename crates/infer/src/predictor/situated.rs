@@ -182,6 +182,19 @@ impl Situated {
         for (row, (active, logits)) in frontier.iter().zip(logits.chunks_exact(CLASSES)).enumerate()
         {
             let Plan { tips, reach } = plans[row];
+            if let Some(settled) = active.settled {
+                let tip_radius = active.tree.tip_radius;
+                drafts.push(Draft {
+                    row,
+                    tips,
+                    reach,
+                    branching: settled.branching(tips, tip_radius),
+                    child_tips: settled.child_tips(tip_radius),
+                    child_reaches: settled.child_reaches(),
+                    siblings: [None; MAX_CHILDREN],
+                });
+                continue;
+            }
             let mut draws = active.seed.draws(active.lineage, Purpose::Existence);
             let possible = |class| Branching::from_class(class).fits(tips, reach);
             let class =
@@ -214,6 +227,7 @@ impl Situated {
     ) -> Result<(), Overflow> {
         let mut questions: Vec<SplitQuestion> = (0..drafts.len())
             .filter(|&i| drafts[i].branching.children() >= 2)
+            .filter(|&i| frontier[drafts[i].row].settled.is_none())
             .map(|draft| SplitQuestion {
                 draft,
                 slot: next_slot(drafts[draft].branching, 0),
@@ -263,7 +277,7 @@ impl Situated {
     ) -> Result<(), Overflow> {
         let mut open = Vec::new();
         for (i, draft) in drafts.iter_mut().enumerate() {
-            if !draft.branching.has(slot) {
+            if !draft.branching.has(slot) || frontier[draft.row].settled.is_some() {
                 continue;
             }
             let known = draft.inheritance(slot);
@@ -301,8 +315,19 @@ impl Situated {
         drafts: &mut [Draft],
         branchlets: &mut [Branchlet],
     ) -> Result<(), Overflow> {
+        for draft in drafts.iter_mut() {
+            let active = &frontier[draft.row];
+            let Some(child) = active.settled.and_then(|settled| settled.standing()[slot]) else {
+                continue;
+            };
+            let law = self.slots[active.tree.species][slot];
+            let turn = law.turn(child.rotation, active.node, active.tree.gravitropism);
+            draft.siblings[slot] = Some(Sibling { tips: draft.child_tips[slot], turn });
+            branchlets[draft.row].children[slot] = Some(child);
+            branchlets[draft.row].reaches[slot] = draft.child_reaches[slot];
+        }
         let having: Vec<(usize, f32)> = (0..drafts.len())
-            .filter(|&i| drafts[i].branching.has(slot))
+            .filter(|&i| drafts[i].branching.has(slot) && drafts[i].siblings[slot].is_none())
             .map(|i| (i, self.draw_roll(slot, &frontier[drafts[i].row])))
             .collect();
         let outputs = work.run(
@@ -334,7 +359,12 @@ impl Situated {
                 .place_child(slot, active, tips, roll, outputs)
                 .ok_or(Overflow { row: draft.row })?;
             draft.siblings[slot] = Some(Sibling { tips, turn });
-            branchlets[draft.row].children[slot] = child;
+            // What comes again is as thick as it was.
+            let former = active.settled.and_then(|settled| settled.children[slot]);
+            branchlets[draft.row].children[slot] = child.map(|child| ChildSignature {
+                thickness: former.map_or(child.thickness, |former| former.thickness),
+                ..child
+            });
             branchlets[draft.row].reaches[slot] = draft.child_reaches[slot];
         }
         Ok(())
