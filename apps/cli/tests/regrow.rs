@@ -96,6 +96,8 @@ fn all_trees_of_a_table_are_regrown_each_by_its_own_seed() {
     desk.ok(&[&third[..], &["-o", "alone.csv"]].concat());
     assert_eq!(nodes(&desk, "alone.csv"), nodes(&desk, "third.csv"));
     desk.fails(&[&words[..], &["-o", "new.glb"]].concat(), USAGE, "say which with --tree");
+    let one_pruned = ["--pruned", "left.glb", "-o", "other.csv"];
+    desk.fails(&[&words[..], &one_pruned].concat(), USAGE, "say which with --tree");
     desk.ok(&[&words[..], &["--format", "tree", "-o", "folder"]].concat());
     assert!(desk.path("folder/pine-42.tree").exists());
 }

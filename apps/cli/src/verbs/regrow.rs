@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use deeptree_generate::{GenerateError, Limits, RegrowError, Regrown, Request, germ, regrow};
-use deeptree_graph::{BranchGraph, Cut, NodeId, PruneError, Seed, Vec3};
+use deeptree_graph::{BranchGraph, Cut, NodeId, Seed, Vec3};
 use deeptree_infer::{Model, Predictor, Workspace};
 use serde_json::json;
 
@@ -25,20 +25,25 @@ pub(crate) fn run(args: &Args, verb: &args::Regrow) -> Result<()> {
     }
     let pruned = verb.pruned.as_deref().map(|path| pruned_target(path, verb)).transpose()?;
     let mut grower = Grower { verb, age, cuts, model: None, work: verb.model.workspace()? };
-    let whole = (target.format.is_table() || target.folder) && verb.tree.is_none();
+    // Several trees need places for all of them.
+    let holds_all = |target: &Target| target.format.is_table() || target.folder;
+    let whole = verb.tree.is_none() && holds_all(&target) && pruned.iter().all(holds_all);
 
     let mut seen = Seen::default();
     target.write(|take| {
         let mut all = |take_pruned: &mut dyn FnMut(&Made) -> Result<()>| {
-            each(verb, whole, |number, tree| {
+            input::read_chosen(&verb.input, &verb.model, verb.tree, whole, |number, made| {
                 // The trees of a table have the seeds from the first on.
                 let seed = Seed(verb.seed).of_tree(if whole { u64::from(number) } else { 0 });
-                let before = tree.len();
-                let regrown = grower.regrow(tree, seed)?;
+                let before = made.tree.len();
+                let regrown = grower.regrow(made.tree, seed)?;
                 seen.add(before, &regrown);
-                let number = if target.folder { 0 } else { number };
-                take_pruned(&made(number, seed, regrown.pruned.tree, false))?;
-                take(&made(number, seed, regrown.tree, regrown.hit_budget))
+                let made = |tree, hit_budget| {
+                    let number = if target.folder { 0 } else { number };
+                    Made { seed: seed.0, number, tree, germ: None, hit_budget }
+                };
+                take_pruned(&made(regrown.pruned.tree, false))?;
+                take(&made(regrown.tree, regrown.hit_budget))
             })
         };
         match &pruned {
@@ -48,10 +53,6 @@ pub(crate) fn run(args: &Args, verb: &args::Regrow) -> Result<()> {
     })?;
     seen.say(args, verb);
     Ok(())
-}
-
-fn made(number: u32, seed: Seed, tree: BranchGraph, hit_budget: bool) -> Made {
-    Made { seed: seed.0, number, tree, germ: None, hit_budget }
 }
 
 /// Where the pruned trees go.
@@ -64,32 +65,6 @@ fn pruned_target(path: &Path, verb: &args::Regrow) -> Result<Target> {
         bail!(UsageError("name the file of the pruned tree, with its extension".into()));
     }
     Ok(target)
-}
-
-/// Hands over the trees of the input that are asked for.
-fn each(
-    verb: &args::Regrow,
-    whole: bool,
-    mut take: impl FnMut(u32, BranchGraph) -> Result<()>,
-) -> Result<()> {
-    let mut seen = 0;
-    let name = verb.input.display();
-    input::read(&verb.input, &verb.model, |number, made| {
-        if verb.tree.is_some_and(|wanted| wanted != number) {
-            return Ok(true);
-        }
-        seen += 1;
-        if seen > 1 && !whole {
-            bail!(UsageError(format!("{name} holds several trees; say which with --tree")));
-        }
-        take(number, made.tree)?;
-        Ok(verb.tree.is_none())
-    })?;
-    match (seen, verb.tree) {
-        (0, Some(wanted)) => bail!("{name} has no tree {wanted}"),
-        (0, None) => bail!("{name} holds no tree"),
-        _ => Ok(()),
-    }
 }
 
 /// What trees are regrown with.
