@@ -40,6 +40,8 @@ pub(crate) enum Verb {
     Generate(Generate),
     /// Grow trees from the procedural model that the networks learn from.
     Grow(Grow),
+    /// Prune a tree and grow it again from its wounds.
+    Regrow(Regrow),
     /// Grow a corpus to train on, in Parquet.
     Dataset(Dataset),
     /// Train networks on a corpus.
@@ -150,6 +152,71 @@ pub(crate) struct Grow {
     /// printed table.
     #[arg(long, default_value = "reference", value_parser = profile)]
     pub(crate) profile: Profile,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct Regrow {
+    /// The tree to prune: .tree .csv .parquet .dtree.
+    pub(crate) input: PathBuf,
+    #[command(flatten)]
+    pub(crate) cuts: Cuts,
+    /// Seed of what grows; the trees of a table have the numbers from it on.
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
+    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) out: Out,
+    /// Write the pruned tree, too: .glb .obj .ply .tree .csv .parquet.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) pruned: Option<PathBuf>,
+    /// Which tree of a table of several.
+    #[arg(long, value_name = "NUMBER")]
+    pub(crate) tree: Option<u32>,
+    /// The species of the tree, whatever the file says [default: what the file says].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) species: Option<String>,
+    /// Age of the tree in growth cycles [default: what the file says, or else the species' own].
+    #[arg(long, allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) age: Option<f32>,
+    /// Gravitropism of the tree [default: what the file says, or else the species' own].
+    #[arg(long, allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) gravitropism: Option<f32>,
+    #[command(flatten)]
+    pub(crate) model: ModelChoice,
+    /// Nodes a tree may have; what was kept is kept even if it has more.
+    #[arg(long, default_value_t = deeptree_generate::DEFAULT_BUDGET as u32, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) budget: u32,
+    /// Nodes that go through the networks together; any number gives the same trees.
+    #[arg(long, default_value_t = deeptree_generate::DEFAULT_BATCH as u32, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) batch: u32,
+}
+
+/// What to cut off: each node that any of these says, with all that it bears. Metres, y up.
+#[derive(clap::Args)]
+#[group(id = "any_cut", required = true, multiple = true)]
+pub(crate) struct Cuts {
+    /// Cut off what is higher than this.
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) keep_below: Vec<f32>,
+    /// Cut off branches of higher orders than this; the trunk has order 0.
+    #[arg(long, value_name = "N")]
+    pub(crate) keep_order: Vec<u16>,
+    /// Cut off what is further from the foot, along the branches, than this fraction of the
+    /// longest way.
+    #[arg(long, value_name = "FRACTION", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) keep_path: Vec<f32>,
+    /// Cut off what enters a box.
+    #[arg(long, value_name = "x0,y0,z0,x1,y1,z1", allow_hyphen_values = true, value_parser = numbers::<6>)]
+    pub(crate) cut_box: Vec<Numbers<6>>,
+    /// Cut off what enters a ball.
+    #[arg(long, value_name = "x,y,z,r", allow_hyphen_values = true, value_parser = numbers::<4>)]
+    pub(crate) cut_sphere: Vec<Numbers<4>>,
+    /// Cut off what is beyond a plane, where nx·x + ny·y + nz·z > d.
+    #[arg(long, value_name = "nx,ny,nz,d", allow_hyphen_values = true, value_parser = numbers::<4>)]
+    pub(crate) cut_plane: Vec<Numbers<4>>,
+    /// Cut off the nodes whose numbers are in a file, as in the column `id` of a table that
+    /// DeepTree has written.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) cut_nodes: Vec<PathBuf>,
 }
 
 #[derive(clap::Args)]
@@ -304,6 +371,18 @@ fn spans<T: std::str::FromStr + Copy>(text: &str) -> Result<Spans<T>, String> {
         None => number(text).map(|value| Span(value, value)),
     };
     Ok(Spans(text.split(',').map(span).collect::<Result<_, String>>()?))
+}
+
+/// So many numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Numbers<const N: usize>(pub(crate) [f32; N]);
+
+/// Finite numbers separated by commas.
+fn numbers<const N: usize>(text: &str) -> Result<Numbers<N>, String> {
+    let list: Vec<f32> =
+        text.split(',').map(|number| finite(number.trim())).collect::<Result<_, _>>()?;
+    let array = <[f32; N]>::try_from(list);
+    array.map(Numbers).map_err(|list| format!("it must be {N} numbers, not {}", list.len()))
 }
 
 fn finite(text: &str) -> Result<f32, String> {

@@ -60,6 +60,35 @@ pub(crate) fn read(
     Ok(())
 }
 
+/// Hands over the tree `asked` for; when none is, all trees of the file, which must be one unless
+/// `several` are welcome.
+pub(crate) fn read_chosen(
+    path: &Path,
+    model: &ModelChoice,
+    asked: Option<u32>,
+    several: bool,
+    mut take: impl FnMut(u32, Made) -> Result<()>,
+) -> Result<()> {
+    let mut seen = 0;
+    let name = path.display();
+    read(path, model, |number, made| {
+        if asked.is_some_and(|wanted| wanted != number) {
+            return Ok(true);
+        }
+        seen += 1;
+        if seen > 1 && !several {
+            bail!(UsageError(format!("{name} holds several trees; say which with --tree")));
+        }
+        take(number, made)?;
+        Ok(asked.is_none())
+    })?;
+    match (seen, asked) {
+        (0, Some(wanted)) => bail!("{name} has no tree {wanted}"),
+        (0, None) => bail!("{name} holds no tree"),
+        _ => Ok(()),
+    }
+}
+
 fn made(number: u32, tree: BranchGraph) -> Made {
     Made { seed: tree.info.seed, number, tree, germ: None, hit_budget: false }
 }

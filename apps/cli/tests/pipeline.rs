@@ -171,7 +171,7 @@ fn an_evaluation_saves_and_prints_the_table() {
 fn help_names_every_verb_and_a_build_without_training_says_how_to_get_it() {
     let desk = Desk::new();
     let help = desk.ok(&["--help"]);
-    for verb in ["generate", "grow", "dataset", "train", "evaluate", "info", "convert"] {
+    for verb in ["generate", "grow", "regrow", "dataset", "train", "evaluate", "info", "convert"] {
         assert!(help.contains(verb));
         assert!(desk.ok(&[verb, "--help"]).contains("Usage"));
     }

@@ -30,6 +30,27 @@ fn diversity_draws_its_sheets_and_measures_both_sides() {
 }
 
 #[test]
+fn regrowth_changes_no_kept_node_and_draws_its_charts() {
+    let desk = Desk::new();
+    let (json, page) = run(&desk, "regrowth", &[]);
+    let rows = json["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 5);
+    for row in rows {
+        assert_eq!(row["changed"], 0);
+        let kept = row["kept"]["mean"].as_f64().unwrap();
+        assert!(kept > 0.0 && kept < 1.0, "{kept}");
+        // Before, after, and what they differ by.
+        for number in row["numbers"].as_array().unwrap() {
+            let mean = |i: usize| number[i]["mean"].as_f64().unwrap();
+            assert!((mean(1) - mean(0) - mean(2)).abs() < 1e-6 * mean(0));
+        }
+    }
+    assert_eq!(json["again"][0]["rounds"].as_array().unwrap().len(), 3);
+    assert_eq!(page.matches("<svg").count(), 4);
+    assert_eq!(page.matches("data:image/png;base64,iVBOR").count(), 1);
+}
+
+#[test]
 fn sizes_are_those_of_the_files_that_generate_writes() {
     let desk = Desk::new();
     let (json, _) = run(&desk, "compression", &["--seed", "5"]);

@@ -65,6 +65,15 @@ pub(crate) fn aim(
     Err(GenerateError::NotTogether { species: request.species.clone() })
 }
 
+/// Checks what is asked for by itself: has the model seen such an age and gravitropism?
+pub(crate) fn check(
+    roots: &[Root],
+    tip_radius: f32,
+    request: &Request,
+) -> Result<(), GenerateError> {
+    Field::new(roots, tip_radius, request).map(drop)
+}
+
 /// The wishes moved to where [`aim`] can meet them.
 pub(crate) fn clamp(
     roots: &[Root],

@@ -12,15 +12,19 @@ mod aim;
 mod algebra;
 mod density;
 mod growing;
+mod regrow;
 mod state;
 mod wish;
 
 use deeptree_graph::signature::{GROWTH_SPACE, TreeConditions, tip_count};
 use deeptree_graph::{BranchGraph, Lineage, Neighbourhood, Purpose, Seed, TreeInfo, Vec3};
 use deeptree_infer::{Predictor, Root, Workspace};
+use deeptree_scene::Site;
 
 use aim::Aim;
-use growing::Growing;
+pub use growing::Avoided;
+use growing::{Growing, Grown};
+pub use regrow::{RegrowError, Regrown, regrow, regrow_in};
 pub use wish::Wishes;
 
 /// Nodes a tree may have unless another budget is asked for.
@@ -89,6 +93,8 @@ pub struct Generated {
     pub germ: Germ,
     /// Some branches had not ended when the budget was spent.
     pub hit_budget: bool,
+    /// How often a branch would have gone where none can.
+    pub avoided: Avoided,
 }
 
 /// Why nothing could be grown.
@@ -132,7 +138,7 @@ pub enum GenerateError {
     NoBudget,
 }
 
-/// Grows the tree of a request.
+/// Grows the tree of a request in the open field.
 ///
 /// # Errors
 ///
@@ -145,6 +151,22 @@ pub fn generate(
 ) -> Result<Generated, GenerateError> {
     let germ = germ(model, request)?;
     regenerate(model, germ, limits, work)
+}
+
+/// Grows the tree of a request among what stands around.
+///
+/// # Errors
+///
+/// As [`generate`].
+pub fn generate_in(
+    model: &impl Predictor,
+    request: &Request,
+    site: &Site,
+    limits: Limits,
+    work: &mut Workspace,
+) -> Result<Generated, GenerateError> {
+    let germ = germ(model, request)?;
+    regenerate_in(model, germ, Some(site), limits, work)
 }
 
 fn at(age: Option<f32>) -> String {
@@ -206,6 +228,21 @@ pub fn regenerate(
     limits: Limits,
     work: &mut Workspace,
 ) -> Result<Generated, GenerateError> {
+    regenerate_in(model, germ, None, limits, work)
+}
+
+/// As [`regenerate`], among what stands around.
+///
+/// # Errors
+///
+/// As [`regenerate`].
+pub fn regenerate_in(
+    model: &impl Predictor,
+    germ: Germ,
+    site: Option<&Site>,
+    limits: Limits,
+    work: &mut Workspace,
+) -> Result<Generated, GenerateError> {
     let Some(name) = model.species().get(germ.species) else {
         return Err(GenerateError::UnknownSpecies {
             name: format!("number {}", germ.species),
@@ -232,13 +269,13 @@ pub fn regenerate(
         traits: germ.root.traits,
     };
     let tree = BranchGraph::new(info, Vec3::ZERO, germ.root.signature);
-    let mut growing = Growing::new(tree, conditions, germ.seed);
+    let mut growing = Growing::new(tree, conditions, germ.seed, site);
     let mut neighbourhood = Neighbourhood::of_a_tree();
     while growing.enter_level(&mut neighbourhood) {
         growing.grow_level(model, &neighbourhood, limits, work)?;
     }
-    let (tree, hit_budget) = growing.finish();
-    Ok(Generated { tree, germ, hit_budget })
+    let Grown { tree, hit_budget, avoided, .. } = growing.finish();
+    Ok(Generated { tree, germ, hit_budget, avoided })
 }
 
 /// Refuses roots that no tree starts from, as damaged files can hold.

@@ -83,6 +83,13 @@ impl Node {
         self.position - self.length * self.front()
     }
 
+    /// What [`BranchGraph::grow`] makes this node again of, below the same parent.
+    #[must_use]
+    pub const fn as_child(&self) -> ChildSignature {
+        let Self { rotation, thickness, length, .. } = *self;
+        ChildSignature { rotation, thickness, length }
+    }
+
     /// How many children the node has.
     #[must_use]
     pub fn child_count(&self) -> u8 {
@@ -130,6 +137,12 @@ impl BranchGraph {
             length: root.length,
         };
         Self { info, nodes: vec![node] }
+    }
+
+    /// The root by itself: a tree that [`Self::grow`] makes this one again of.
+    #[must_use]
+    pub fn root_only(&self) -> Self {
+        Self::with_root_tip(self.info.clone(), self.root().position, self.root().as_child())
     }
 
     /// Adds the branchlet of `parent`: up to three children at once.

@@ -26,6 +26,7 @@ mod graph;
 mod occupancy;
 mod paths;
 mod plan;
+mod prune;
 mod reach;
 mod rows;
 mod seed;
@@ -42,8 +43,9 @@ pub use graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, TreeInf
 pub use occupancy::{Occupancy, Voxel};
 pub use paths::{Path, branches, chains};
 pub use plan::{Plan, plans};
+pub use prune::{Cut, PruneError, Pruned, Wound, prune};
 pub use reach::{least_reach, most_tips, reaches};
 pub use rows::{GraphError, Row};
 pub use seed::{Draws, Lineage, Purpose, Seed};
-pub use surround::{NEIGHBOURS, Surround};
+pub use surround::{NEIGHBOURS, Room, Surround};
 pub use traits::TreeTraits;

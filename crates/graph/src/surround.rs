@@ -5,6 +5,12 @@ use glam::Vec3;
 use crate::graph::Node;
 use crate::occupancy::Occupancy;
 
+/// Where branches can go.
+pub trait Room: core::fmt::Debug + Sync {
+    /// May the edge of a node run from `base` to `tip`, in metres?
+    fn admits_edge(&self, base: Vec3, tip: Vec3) -> bool;
+}
+
 /// How many neighbouring places a node looks at: Z, the 3³ cells around it.
 pub const NEIGHBOURS: usize = 27;
 

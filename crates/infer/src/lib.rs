@@ -18,5 +18,7 @@ mod weights;
 
 pub use kernels::{SimdPath, UnknownPath};
 pub use mlp::{Dense, Mlp, MlpError, Scratch};
-pub use predictor::{Active, Branchlet, Model, Overflow, Predictor, ROOT_COLUMNS, Root, Workspace};
+pub use predictor::{
+    Active, Branchlet, Former, Model, Overflow, Predictor, ROOT_COLUMNS, Root, Settled, Workspace,
+};
 pub use weights::{BlendError, ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder};

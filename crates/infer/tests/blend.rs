@@ -89,7 +89,17 @@ fn branchlets(model: &Model, species: usize) -> Vec<Branchlet> {
     let plan = Plan { reach: 12, nodes: 300 };
     let active = |node: &Node| {
         let parent = node.parent.map(|id| tree.node(id));
-        Active { node, parent, lineage, seed, tree: conditions, plan, sense }
+        Active {
+            node,
+            parent,
+            lineage,
+            seed,
+            tree: conditions,
+            plan,
+            sense,
+            settled: None,
+            room: None,
+        }
     };
     let frontier: Vec<Active<'_>> = tree.nodes().iter().map(active).collect();
     let mut branchlets = Vec::new();

@@ -49,6 +49,8 @@ fn children(weights: &Weights) -> [Option<ChildSignature>; MAX_CHILDREN] {
         tree: conditions,
         plan: Plan::default(),
         sense,
+        settled: None,
+        room: None,
     };
     let mut branchlets = Vec::new();
     model.branchlets(&[active], &mut Workspace::default(), &mut branchlets).unwrap();

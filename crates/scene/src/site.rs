@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use deeptree_graph::{Node, Occupancy, Surround, Vec3, Voxel};
+use deeptree_graph::{Node, Occupancy, Room, Surround, Vec3, Voxel};
 
 use crate::environment::Environment;
 use crate::sky::Sky;
@@ -84,10 +84,10 @@ impl Site {
         };
         self.skies[voxel.index()].get_or_init(look).unwrap_or_else(|| scene.sky(position))
     }
+}
 
-    /// May the edge of a node run from `base` to `tip`?
-    #[must_use]
-    pub fn admits_edge(&self, base: Vec3, tip: Vec3) -> bool {
+impl Room for Site {
+    fn admits_edge(&self, base: Vec3, tip: Vec3) -> bool {
         let in_volume = || self.environment.volume.as_ref().is_none_or(|volume| volume.admits(tip));
         let is_far = || {
             Voxel::holding(base).is_some_and(|voxel| !self.near.holds(voxel))

@@ -20,27 +20,11 @@ pub(crate) fn run(args: &Args, verb: &args::Convert) -> Result<()> {
     let whole = target.format.is_table() && verb.tree.is_none();
     let mut last = None;
     target.write(|take| {
-        let mut seen = 0;
-        input::read(&verb.input, &verb.model, |number, made| {
-            if verb.tree.is_some_and(|wanted| wanted != number) {
-                return Ok(true);
-            }
-            seen += 1;
-            if seen > 1 && !whole {
-                bail!(UsageError(format!(
-                    "{} holds several trees; say which with --tree",
-                    verb.input.display()
-                )));
-            }
+        input::read_chosen(&verb.input, &verb.model, verb.tree, whole, |_, made| {
             take(&made)?;
             last = Some(report::tree_figures(&made.tree));
-            Ok(verb.tree.is_none())
-        })?;
-        match (seen, verb.tree) {
-            (0, Some(wanted)) => bail!("{} has no tree {wanted}", verb.input.display()),
-            (0, None) => bail!("{} holds no tree", verb.input.display()),
-            _ => Ok(()),
-        }
+            Ok(())
+        })
     })?;
     if let Some(figures) = last {
         let text = format!("{} → {}", report::tree_text(&figures), verb.out.output.display());

@@ -7,6 +7,7 @@ mod generate;
 mod grow;
 mod info;
 mod making;
+mod regrow;
 mod train;
 
 use anyhow::Result;
@@ -19,6 +20,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     match &args.verb {
         Verb::Generate(verb) => generate::run(args, verb),
         Verb::Grow(verb) => grow::run(args, verb),
+        Verb::Regrow(verb) => regrow::run(args, verb),
         Verb::Dataset(verb) => dataset::run(args, verb),
         Verb::Train(verb) => train::run(args, verb),
         Verb::Evaluate(verb) => evaluate::run(args, verb),

@@ -38,7 +38,10 @@ impl Joint {
             frontier.iter().zip(outputs.chunks_exact(JOINT_LEN)).enumerate()
         {
             let (logits, signatures) = outputs.split_at(MAX_CHILDREN);
-            let exists = draw_children(active, logits).ok_or(Overflow { row })?;
+            let exists = match active.settled {
+                Some(settled) => settled.put_standing(&mut branchlets[row]),
+                None => draw_children(active, logits).ok_or(Overflow { row })?,
+            };
             for (slot, signature) in signatures.chunks_exact(CHILD_LEN).enumerate() {
                 if exists[slot] {
                     let child = child_signature(signature).ok_or(Overflow { row })?;

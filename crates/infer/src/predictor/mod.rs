@@ -4,10 +4,11 @@ mod joint;
 mod paper;
 mod roots;
 mod sampling;
+mod settled;
 mod situated;
 
 use deeptree_graph::{
-    ChildSignature, Lineage, MAX_CHILDREN, Node, Plan, Seed, Sense, signature::TreeConditions,
+    ChildSignature, Lineage, MAX_CHILDREN, Node, Plan, Room, Seed, Sense, signature::TreeConditions,
 };
 
 use crate::kernels::SimdPath;
@@ -16,6 +17,7 @@ use crate::weights::{ModelKind, ReadWeightsError, Weights};
 use joint::Joint;
 use paper::Paper;
 pub use roots::{ROOT_COLUMNS, Root};
+pub use settled::{Former, Settled};
 use situated::Situated;
 
 /// A node whose children are to be drawn.
@@ -35,6 +37,10 @@ pub struct Active<'a> {
     pub plan: Plan,
     /// What it sees of what has grown so far; kind `situated` only.
     pub sense: Sense,
+    /// What of its branchlet is settled; none where all of it is to be drawn.
+    pub settled: Option<&'a Settled>,
+    /// Where branches can go; none in the open field.
+    pub room: Option<&'a dyn Room>,
 }
 
 /// The children of a node, by slot.
@@ -44,6 +50,10 @@ pub struct Branchlet {
     pub children: [Option<ChildSignature>; MAX_CHILDREN],
     /// What is to grow below each; kind `situated` only, otherwise nothing.
     pub plans: [Plan; MAX_CHILDREN],
+    /// How often a child was drawn again because of the room or the ground; kind `situated` only.
+    pub redrawn: u8,
+    /// How many children were given up because of them.
+    pub given_up: u8,
 }
 
 /// Memory that a prediction works in, and the instruction set it runs on; one for each thread.
@@ -111,13 +121,17 @@ pub trait Predictor: Sync {
     /// Radius of a tip of species number `species`, in metres.
     fn tip_radius(&self, species: usize) -> f32;
 
+    /// Do the radii that it draws say how many tips a node bears, by the pipe model?
+    fn conserves_tips(&self) -> bool;
+
     /// Which model this is: the start of the SHA-256 of its file.
     fn hash(&self) -> [u8; 16];
 
     /// Draws the branchlet of each node of the frontier into `branchlets`, in its order.
     ///
-    /// The branchlet of a node depends on that node, its lineage, its plan, its sense, its tree's
-    /// seed and conditions only: neither on the rest of the frontier nor on the path.
+    /// The branchlet of a node depends on that node and its parent, its lineage, its plan, its
+    /// sense, what of it is settled, its room, its tree's seed and conditions only: neither on the
+    /// rest of the frontier nor on the path.
     ///
     /// # Errors
     ///
@@ -214,6 +228,10 @@ impl Predictor for Model {
 
     fn tip_radius(&self, species: usize) -> f32 {
         self.tip_radius[species]
+    }
+
+    fn conserves_tips(&self) -> bool {
+        self.kind() == ModelKind::Situated
     }
 
     fn hash(&self) -> [u8; 16] {

@@ -49,7 +49,13 @@ impl Paper {
     ) -> Result<(), Overflow> {
         let features = paper::len(species);
         encode(species, frontier, work);
-        let exists = self.draw_existence(frontier, work)?;
+        let mut exists = self.draw_existence(frontier, work)?;
+        for ((active, exists), branchlet) in frontier.iter().zip(&mut exists).zip(&mut *branchlets)
+        {
+            if let Some(settled) = active.settled {
+                *exists = settled.put_standing(branchlet);
+            }
+        }
         for (slot, regressor) in self.regressors.iter().enumerate() {
             let having: Vec<usize> =
                 exists.iter().enumerate().filter(|(_, has)| has[slot]).map(|(i, _)| i).collect();

@@ -42,8 +42,8 @@ pub(super) struct Situated {
     lengths: Table,
 }
 
-/// How often the swing of a child that would end below the ground is drawn, before the branch
-/// ends there. The teacher has no node below the ground, and the learner seldom proposes one.
+/// How often the swing of a child that would end below the ground or enter an obstacle is drawn,
+/// before the branch ends there. The teacher has no such node, and the learner seldom proposes one.
 const ATTEMPTS: u64 = 8;
 
 /// The tips that a node bears, and the nearest plan to its own that it can keep with them.
@@ -191,6 +191,20 @@ impl Situated {
         for (row, (active, logits)) in frontier.iter().zip(logits.chunks_exact(CLASSES)).enumerate()
         {
             let (tips, plan) = plans[row];
+            if let Some(settled) = active.settled {
+                let tip_radius = active.tree.tip_radius;
+                drafts.push(Draft {
+                    row,
+                    tips,
+                    plan,
+                    branching: settled.branching(tips, tip_radius),
+                    child_tips: settled.child_tips(tip_radius),
+                    child_reaches: settled.child_plans().map(|plan| plan.reach),
+                    child_nodes: settled.child_plans().map(|plan| plan.nodes),
+                    siblings: [None; MAX_CHILDREN],
+                });
+                continue;
+            }
             let mut draws = active.seed.draws(active.lineage, Purpose::Existence);
             // What earlier draws have left may not be kept to the node.
             let allows = |class| plan.allows(Branching::from_class(class), tips);
@@ -228,6 +242,7 @@ impl Situated {
     ) -> Result<(), Overflow> {
         let mut questions: Vec<SplitQuestion> = (0..drafts.len())
             .filter(|&i| drafts[i].branching.children() >= 2)
+            .filter(|&i| frontier[drafts[i].row].settled.is_none())
             .map(|draft| SplitQuestion {
                 draft,
                 slot: next_slot(drafts[draft].branching, 0),
@@ -278,7 +293,7 @@ impl Situated {
     ) -> Result<(), Overflow> {
         let mut open = Vec::new();
         for (i, draft) in drafts.iter_mut().enumerate() {
-            if !draft.branching.has(slot) {
+            if !draft.branching.has(slot) || frontier[draft.row].settled.is_some() {
                 continue;
             }
             let known = draft.inheritance(slot);
@@ -317,7 +332,7 @@ impl Situated {
     ) -> Result<(), Overflow> {
         let mut open = Vec::new();
         for (i, draft) in drafts.iter_mut().enumerate() {
-            if !draft.branching.has(slot) {
+            if !draft.branching.has(slot) || frontier[draft.row].settled.is_some() {
                 continue;
             }
             let known = draft.bequest(slot);
@@ -353,8 +368,19 @@ impl Situated {
         drafts: &mut [Draft],
         branchlets: &mut [Branchlet],
     ) -> Result<(), Overflow> {
+        for draft in drafts.iter_mut() {
+            let active = &frontier[draft.row];
+            let Some(child) = active.settled.and_then(|settled| settled.standing()[slot]) else {
+                continue;
+            };
+            let law = self.slots[active.tree.species][slot];
+            let turn = law.turn(child.rotation, active.node, active.tree.gravitropism);
+            draft.siblings[slot] = Some(Sibling { tips: draft.child_tips[slot], turn });
+            branchlets[draft.row].children[slot] = Some(child);
+            branchlets[draft.row].plans[slot] = draft.child_plan(slot);
+        }
         let having: Vec<(usize, f32)> = (0..drafts.len())
-            .filter(|&i| drafts[i].branching.has(slot))
+            .filter(|&i| drafts[i].branching.has(slot) && drafts[i].siblings[slot].is_none())
             .map(|i| (i, self.draw_roll(slot, &frontier[drafts[i].row])))
             .collect();
         let outputs = work.run(
@@ -383,12 +409,19 @@ impl Situated {
             let draft = &mut drafts[i];
             let active = &frontier[draft.row];
             let tips = draft.child_tips[slot];
-            let (turn, child) = self
+            let (turn, child, redrawn) = self
                 .place_child(slot, active, tips, roll, outputs)
                 .ok_or(Overflow { row: draft.row })?;
+            branchlets[draft.row].redrawn += redrawn;
+            branchlets[draft.row].given_up += u8::from(child.is_none());
             draft.siblings[slot] = Some(Sibling { tips, turn });
-            branchlets[draft.row].children[slot] = child;
             branchlets[draft.row].plans[slot] = draft.child_plan(slot);
+            // What comes again is as thick as it was.
+            let former = active.settled.and_then(|settled| settled.children[slot]);
+            branchlets[draft.row].children[slot] = child.map(|child| ChildSignature {
+                thickness: former.map_or(child.thickness, |former| former.thickness),
+                ..child
+            });
         }
         Ok(())
     }
@@ -413,8 +446,9 @@ impl Situated {
         sampling::normal_score(self.rolls.row(active.tree.species), &mut draws) / roll_scale
     }
 
-    /// The child in `slot` with its turn; no child when every attempt ends below the ground, and
-    /// none of both when the numbers overflow.
+    /// The child in `slot` with its turn, and how often it was drawn again; no child when every
+    /// attempt ends below the ground or where no branch can go, and nothing when the numbers
+    /// overflow.
     fn place_child(
         &self,
         slot: usize,
@@ -422,8 +456,8 @@ impl Situated {
         tips: u32,
         roll: f32,
         outputs: &[f32],
-    ) -> Option<(Turn, Option<ChildSignature>)> {
-        let Active { node, lineage, seed, tree, .. } = active;
+    ) -> Option<(Turn, Option<ChildSignature>, u8)> {
+        let Active { node, lineage, seed, tree, room, .. } = active;
         let lineage = lineage.child(slot as u8);
         let order = (usize::from(node.order) + usize::from(slot > 0)).min(LENGTH_ORDERS - 1);
         let lengths = self.lengths.row(tree.species);
@@ -439,12 +473,14 @@ impl Situated {
             turn.swing = sampling::swing(outputs, slot, &mut draws)?;
             let rotation = self.slots[tree.species][slot].rotation(turn, node, tree.gravitropism);
             let front = node.orientation * (rotation * Vec3::NEG_Z);
-            if node.position.y + length * front.y >= 0.0 {
+            let tip = node.position + length * front;
+            if tip.y >= 0.0 && room.is_none_or(|room| room.admits_edge(node.position, tip)) {
                 let thickness = thickness_of(tips, tree.tip_radius);
-                return Some((turn, Some(ChildSignature { rotation, thickness, length })));
+                let child = ChildSignature { rotation, thickness, length };
+                return Some((turn, Some(child), attempt as u8));
             }
         }
-        Some((turn, None))
+        Some((turn, None, ATTEMPTS as u8))
     }
 }
 

@@ -17,6 +17,7 @@ mod perceptual;
 #[cfg(feature = "train")]
 mod points;
 mod priors;
+mod regrowth;
 mod runtime;
 mod study;
 mod table;
@@ -43,7 +44,7 @@ use untrained::{ablation, joint};
 type Maker = fn(&Study<'_>) -> Result<Chapter>;
 
 /// The chapters of a report, in their order.
-const CHAPTERS: [(&str, Maker); 10] = [
+const CHAPTERS: [(&str, Maker); 11] = [
     ("table", table::chapter),
     ("perceptual", perceptual::chapter),
     ("two-sample", two_sample::chapter),
@@ -54,6 +55,7 @@ const CHAPTERS: [(&str, Maker); 10] = [
     ("runtime", runtime::chapter),
     ("compression", compression::chapter),
     ("diversity", diversity::chapter),
+    ("regrowth", regrowth::chapter),
 ];
 
 /// Runs the chapters asked for. The page is written anew after each, so that a run that is cut off
