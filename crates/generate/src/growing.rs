@@ -3,7 +3,7 @@
 use deeptree_graph::signature::TreeConditions;
 use deeptree_graph::{
     Balance, BranchGraph, ChildSignature, Lineage, MAX_CHILDREN, Neighbourhood, NodeId, Plan,
-    Pruned, Room, Seed, Sense, Surround, Vec3, plans,
+    Pruned, Room, Seed, Sense, Surround, plans,
 };
 use deeptree_infer::{Active, Branchlet, Former, Predictor, Settled, Workspace};
 use deeptree_scene::Site;
@@ -19,8 +19,6 @@ pub(crate) struct Growing<'a> {
     conditions: TreeConditions,
     seed: Seed,
     site: Option<&'a Site>,
-    /// How far the site is expected to move the crown, in metres.
-    drift: Vec3,
     heritage: Vec<Heritage>,
     before: Option<Before<'a>>,
     balance: Balance,
@@ -86,7 +84,6 @@ impl<'a> Growing<'a> {
             conditions,
             seed,
             site,
-            drift: Vec3::ZERO,
             heritage: vec![Heritage { lineage: Lineage::ROOT, plan, before: None }],
             before: None,
             balance: Balance::default(),
@@ -118,11 +115,6 @@ impl<'a> Growing<'a> {
             before: Some(Before { tree: before, plans, pruned, kept, waiting }),
             ..Self::new(tree, conditions, seed, site)
         }
-    }
-
-    /// The same tree, whose crown the site is expected to move so far, in metres.
-    pub(crate) fn drifting(self, drift: Vec3) -> Self {
-        Self { drift, ..self }
     }
 
     /// Goes on to the next level, whose nodes are counted; false when the tree is finished.
@@ -195,7 +187,7 @@ impl<'a> Growing<'a> {
             seed: self.seed,
             tree: self.conditions,
             plan,
-            sense: Sense { centre, outlook, near, wide, surround, drift: self.drift },
+            sense: Sense { centre, outlook, near, wide, surround },
             settled,
             room: self.site.map(|site| site as &dyn Room),
         }

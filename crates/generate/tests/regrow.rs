@@ -4,7 +4,8 @@
 use deeptree_generate::{GenerateError, Limits, RegrowError, Regrown, Request, generate, regrow};
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{
-    BranchGraph, ChildSignature, Cut, Lineage, Node, Quat, Seed, TreeTraits, Vec3, plans, senses,
+    BranchGraph, ChildSignature, Cut, Lineage, Node, Quat, Seed, TreeTraits, Vec3, plans, reaches,
+    senses,
 };
 use deeptree_infer::{Active, Branchlet, Former, Model, Predictor, Settled, SimdPath, Workspace};
 
@@ -268,7 +269,7 @@ fn with_the_seed_of_the_tree_a_child_comes_back_where_it_was() {
                 for slot in (0..3).filter(|&slot| slot != cut) {
                     assert_eq!(back.children[slot], whole.children[slot]);
                 }
-                assert_eq!(back.reaches, whole.reaches);
+                assert_eq!(back.plans, whole.plans);
                 lost += 1;
                 let child = settled.children[cut].unwrap();
                 assert!(child.standing.is_none());

@@ -35,8 +35,6 @@ pub struct Sense {
     pub wide: Crowd,
     /// What stands around the tree.
     pub surround: Surround,
-    /// How far what stands around is expected to move the crown, in metres; horizontal.
-    pub drift: Vec3,
 }
 
 /// The nodes in the cells around a place.
@@ -219,20 +217,18 @@ impl Balance {
 /// What each node of a finished tree saw when it was asked for its children, in the open field.
 #[must_use]
 pub fn senses(tree: &BranchGraph, tip_radius: f32, plans: &[Plan]) -> Vec<Sense> {
-    senses_in(tree, tip_radius, plans, |_| Surround::default(), Vec3::ZERO)
+    senses_in(tree, tip_radius, plans, |_| Surround::default())
 }
 
 /// As [`senses`], among what stands around.
 ///
-/// `surround` tells what a node sees of what stands around, and `drift` how far that is expected to
-/// move the crown.
+/// `surround` tells what a node sees of what stands around.
 #[must_use]
 pub fn senses_in(
     tree: &BranchGraph,
     tip_radius: f32,
     plans: &[Plan],
     surround: impl Fn(&Node) -> Surround,
-    drift: Vec3,
 ) -> Vec<Sense> {
     let mut neighbourhood = Neighbourhood::of_a_tree();
     let mut balance = Balance::default();
@@ -248,7 +244,7 @@ pub fn senses_in(
         for &id in &level {
             let [near, wide] = neighbourhood.around(tree.node(id).position);
             let surround = surround(tree.node(id));
-            senses[id as usize] = Sense { centre, outlook, near, wide, surround, drift };
+            senses[id as usize] = Sense { centre, outlook, near, wide, surround };
             next.extend(tree.node(id).children.into_iter().flatten());
         }
         level = next;

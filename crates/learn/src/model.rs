@@ -52,8 +52,20 @@ pub fn train(
     if let Some(missing) = tip_radius.iter().position(|radius| !radius.is_finite()) {
         return Err(TrainError::MissingSpecies { species: set.species[missing].clone() });
     }
-    let train = Corpus::new("training", &set.train, &species, &tip_radius);
-    let validation = Corpus::new("validation", &set.validation, &judged, &tip_radius);
+    let train = Corpus::new(
+        "training",
+        &set.train,
+        &species,
+        &tip_radius,
+        &set.train_environments,
+    );
+    let validation = Corpus::new(
+        "validation",
+        &set.validation,
+        &judged,
+        &tip_radius,
+        &set.validation_environments,
+    );
     let rotations = match options.kind {
         Kind::Paper | Kind::Joint => None,
         Kind::Situated => {

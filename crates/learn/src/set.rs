@@ -3,8 +3,10 @@
 use deeptree_graph::signature::situated::Branching;
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{
-    BranchGraph, MAX_CHILDREN, Node, NodeId, Plan, Sense, TreeTraits, plans, senses as senses_of,
+    BranchGraph, MAX_CHILDREN, Node, NodeId, Plan, Sense, TreeTraits, plans, senses,
+    senses_in,
 };
+use deeptree_scene::{Environment, Site};
 
 use crate::TrainError;
 
@@ -17,17 +19,31 @@ pub struct TrainingSet {
     pub train: Vec<BranchGraph>,
     /// Trees to judge by; none of the training trees.
     pub validation: Vec<BranchGraph>,
+    /// What stands around each training tree; empty where all stand in the open field.
+    pub train_environments: Vec<Environment>,
+    /// What stands around each tree to judge by; empty where all stand in the open field.
+    pub validation_environments: Vec<Environment>,
     /// What tells this data from other data, such as a hash of its files. A checkpoint is only
     /// continued with the same.
     pub data_hash: String,
 }
 
 impl TrainingSet {
-    /// Checks what all kinds need: trees in both parts, known species, thicknesses above 0.
+    /// Checks what all kinds need: trees in both parts, known species, thicknesses above 0, and an
+    /// environment for each tree or for none.
     pub(crate) fn check(&self) -> Result<(), TrainError> {
         for (part, trees) in [("training", &self.train), ("validation", &self.validation)] {
             if trees.is_empty() {
                 return Err(TrainError::NoTrees { part });
+            }
+            let environments = if part == "training" {
+                &self.train_environments
+            } else {
+                &self.validation_environments
+            };
+            if !(environments.is_empty() || environments.len() == trees.len()) {
+                let (trees, environments) = (trees.len(), environments.len());
+                return Err(TrainError::Environments { part, trees, environments });
             }
             for (tree, graph) in trees.iter().enumerate() {
                 let bad = |node: &Node| !(node.thickness > 0.0 && node.thickness.is_finite());
@@ -48,6 +64,8 @@ pub(crate) struct Corpus<'a> {
     pub(crate) conditions: Vec<TreeConditions>,
     /// What grows below each node of each tree.
     plans: Vec<Vec<Plan>>,
+    /// Which trees stand in the open field.
+    pub(crate) is_open: Vec<bool>,
     /// What each node of each tree saw.
     senses: Vec<Vec<Sense>>,
     /// Number of the first node of each tree, counted over all trees, and of the end.
@@ -68,6 +86,7 @@ impl<'a> Corpus<'a> {
         trees: &'a [BranchGraph],
         species: &[usize],
         tip_radius: &[f32],
+        environments: &[Environment],
     ) -> Self {
         let conditions = trees.iter().zip(species).map(|(tree, &species)| TreeConditions {
             age: tree.info.age as f32,
@@ -84,10 +103,20 @@ impl<'a> Corpus<'a> {
             Some(*end)
         }));
         let plans: Vec<Vec<Plan>> = trees.iter().map(plans).collect();
-        let senses = trees.iter().zip(&conditions).zip(&plans);
-        let senses = senses.map(|((tree, all), plans)| senses_of(tree, all.tip_radius, plans));
+        let is_open =
+            (0..trees.len()).map(|i| environments.get(i).is_none_or(Environment::is_open)).collect();
+        let senses = trees.iter().zip(&conditions).zip(&plans).enumerate();
+        let senses = senses.map(|(i, ((tree, all), plans))| {
+            match environments.get(i).filter(|environment| !environment.is_open()) {
+                None => senses(tree, all.tip_radius, plans),
+                Some(environment) => {
+                    let site = Site::new(environment.clone());
+                    senses_in(tree, all.tip_radius, plans, |node| site.surround(node))
+                }
+            }
+        });
         let senses = senses.collect();
-        Self { part, trees, conditions, plans, senses, starts }
+        Self { part, trees, conditions, plans, is_open, senses, starts }
     }
 
     /// How many nodes all trees have.

@@ -66,8 +66,8 @@ fn scores(mut values: Vec<f32>) -> [f32; SCORES] {
 /// Roots of a species that a model keeps: the density that new trees start from is fitted to them.
 const ROOTS: usize = 360;
 
-/// Writes the tables that all kinds have: the radii of tips, and the roots of training trees, evenly
-/// spread over those of each species.
+/// Writes the tables that all kinds have: the radii of tips, and the roots of training trees in the
+/// open field, evenly spread over those of each species.
 pub(crate) fn write_common(
     model: &mut WeightsBuilder,
     corpus: &Corpus<'_>,
@@ -76,8 +76,10 @@ pub(crate) fn write_common(
 ) -> Result<(), ReadWeightsError> {
     model.table("tip_radius", Table::new(vec![species.len()], tip_radius.to_vec())?);
     for (number, name) in species.iter().enumerate() {
-        let trees = corpus.trees.iter().zip(&corpus.conditions);
-        let trees: Vec<_> = trees.filter(|(_, conditions)| conditions.species == number).collect();
+        // The law of roots is that of the open field.
+        let trees = corpus.trees.iter().zip(&corpus.conditions).zip(&corpus.is_open);
+        let of_species = trees.filter(|((_, conditions), _)| conditions.species == number);
+        let trees: Vec<_> = of_species.filter(|(_, is_open)| **is_open).map(|(one, _)| one).collect();
         let kept = trees.len().min(ROOTS);
         let roots: Vec<f32> = (0..kept)
             .map(|i| trees[i * trees.len() / kept])

@@ -173,13 +173,18 @@ pub(super) mod training {
             return Err(unknown_species(name, &set.species));
         }
         let is_named = |name: &String| named.contains(&name.as_str());
-        let of = |trees: Vec<BranchGraph>| {
-            trees.into_iter().filter(|tree| is_named(&tree.info.species)).collect()
+        let of = |trees: Vec<BranchGraph>, environments: Vec<Environment>| {
+            let both = trees.into_iter().zip(environments);
+            both.filter(|(tree, _)| is_named(&tree.info.species)).unzip()
         };
+        let (train, train_environments) = of(set.train, set.train_environments);
+        let (validation, validation_environments) = of(set.validation, set.validation_environments);
         Ok(TrainingSet {
             species: set.species.iter().filter(|name| is_named(name)).cloned().collect(),
-            train: of(set.train),
-            validation: of(set.validation),
+            train,
+            validation,
+            train_environments,
+            validation_environments,
             data_hash: set.data_hash,
         })
     }
@@ -217,23 +222,28 @@ pub(super) mod training {
         };
         let total = corpora.iter().map(|corpus| count(corpus.plan())).sum();
         let bar = report::bar(args, total, "reading");
-        let take = |split| -> Result<Vec<BranchGraph>> {
-            let mut trees = Vec::new();
+        let take = |split| -> Result<(Vec<BranchGraph>, Vec<Environment>)> {
+            let (mut trees, mut environments) = (Vec::new(), Vec::new());
             for corpus in &corpora {
                 for tree in corpus.trees(split) {
                     let tree = tree?;
                     if split == Split::Validation || tree.number < most(corpus.plan()) {
                         trees.push(tree.tree);
+                        environments.push(tree.environment);
                         bar.inc(1);
                     }
                 }
             }
-            Ok(trees)
+            Ok((trees, environments))
         };
+        let (train, train_environments) = take(Split::Train)?;
+        let (validation, validation_environments) = take(Split::Validation)?;
         let set = TrainingSet {
             species: species.clone(),
-            train: take(Split::Train)?,
-            validation: take(Split::Validation)?,
+            train,
+            validation,
+            train_environments,
+            validation_environments,
             // In the order in which they are named, which is that of the trees.
             data_hash: hashes.join("+"),
         };

@@ -102,7 +102,6 @@ mod tests {
             near: Crowd { nodes: 7, towards: turned(0.2, -0.4, 0.1) },
             wide: Crowd { nodes: 80, towards: turned(-1.0, 3.0, 2.0) },
             surround: Surround { taken: 9, shade: 0.3, bright: turned(0.6, 0.0, 0.8) },
-            drift: turned(2.0, 0.0, 1.0),
         }
     }
 

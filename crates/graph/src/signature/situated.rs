@@ -60,8 +60,8 @@ pub const fn len(species: usize) -> usize {
 /// The crown's centre, its outlook twice, and two crowds of a number and a direction.
 const SENSE_LEN: usize = 3 + 3 + 3 + 2 * 4;
 
-/// Z, the shade, the direction to the light, and the crown's drift.
-const ENV_LEN: usize = NEIGHBOURS + 1 + 3 + 3;
+/// Z, the shade, and the direction to the light.
+const ENV_LEN: usize = NEIGHBOURS + 1 + 3;
 
 /// What [`encode`] writes, in its order, by the paper's symbols without subscripts where it has
 /// them; `traits` with the tips of the whole tree, `n` the node's tips, `reach` the
@@ -173,7 +173,7 @@ pub fn encode(
     w.put3(own * outward_from_axis(node.position));
     w.put3(own * outward_from_crown(node.position));
     put_sense(&mut w, sense, node.position, own);
-    put_surround(&mut w, sense, own);
+    put_surround(&mut w, &sense.surround, own);
     debug_assert_eq!(w.at, len(species));
 }
 
@@ -190,14 +190,13 @@ fn put_sense(w: &mut Writer<'_>, sense: &Sense, position: Vec3, own: Quat) {
 }
 
 /// What stands around, in the frame whose inverse is `own`: all zeros in the open field.
-fn put_surround(w: &mut Writer<'_>, sense: &Sense, own: Quat) {
-    let Surround { taken, shade, bright } = sense.surround;
+fn put_surround(w: &mut Writer<'_>, surround: &Surround, own: Quat) {
+    let Surround { taken, shade, bright } = *surround;
     for place in 0..NEIGHBOURS {
         w.put((taken >> place & 1) as f32);
     }
     w.put(shade);
     w.put3(own * (shade * bright));
-    w.put3(own * (sense.drift / 4.0));
 }
 
 /// `ln(1 + n) / 8` of a number of nodes.

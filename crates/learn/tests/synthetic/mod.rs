@@ -45,6 +45,8 @@ pub(crate) fn set(trees: u64) -> TrainingSet {
         (0..2 * count).map(|k| tree(Seed(from + k), (k % 2) as usize)).collect()
     };
     TrainingSet {
+        train_environments: Vec::new(),
+        validation_environments: Vec::new(),
         species: vec!["ash".into(), "elm".into()],
         train: grow(0, trees),
         validation: grow(1 << 32, trees.div_ceil(4)),

@@ -181,6 +181,8 @@ impl<'a> Lab<'a> {
             corpus.trees(split).map(|tree| Ok(tree?.tree)).collect()
         };
         Ok(TrainingSet {
+            train_environments: Vec::new(),
+            validation_environments: Vec::new(),
             species: corpus.plan().species.clone(),
             train: take(Split::Train)?,
             validation: take(Split::Validation)?,
