@@ -140,12 +140,30 @@ pub(crate) struct ModelChoice {
     pub(crate) simd: Option<deeptree_infer::SimdPath>,
 }
 
+/// What stands around a tree, and where it is kept in.
+#[derive(clap::Args)]
+pub(crate) struct Place {
+    /// A scene file (.toml): boxes and meshes that nothing grows through and that hide the sky.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) obstacles: Option<PathBuf>,
+    /// Keep the tree within a cone, a cube, a ring or a closed mesh (.glb .obj) around the origin.
+    #[arg(long, value_name = "cone|cube|ring|FILE")]
+    pub(crate) form: Option<String>,
+}
+
 #[derive(clap::Args)]
 pub(crate) struct Grow {
     /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow.
-    pub(crate) species: String,
+    #[arg(required_unless_present = "stand", conflicts_with = "stand")]
+    pub(crate) species: Option<String>,
+    /// Trees that grow together and crowd each other: a table (.csv) with x, z, species and seed of
+    /// each in a row. They are written at their places.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["seed", "count", "form"])]
+    pub(crate) stand: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) which: Which,
+    #[command(flatten)]
+    pub(crate) place: Place,
     #[command(flatten)]
     pub(crate) out: Out,
     /// The numbers of the species: reference reproduces the paper's statistics, published is its
@@ -324,7 +342,7 @@ pub(crate) struct Evaluate {
 
 #[derive(clap::Args)]
 pub(crate) struct Info {
-    /// A tree, a table, a model or a corpus.
+    /// A tree, a table, a scene, a model or a corpus.
     pub(crate) file: PathBuf,
     #[command(flatten)]
     pub(crate) model: ModelChoice,

@@ -7,7 +7,9 @@ mod format;
 mod input;
 mod models;
 mod output;
+mod place;
 mod report;
+mod stand;
 mod verbs;
 
 use std::process::ExitCode;

@@ -145,6 +145,15 @@ impl BranchGraph {
         Self::with_root_tip(self.info.clone(), self.root().position, self.root().as_child())
     }
 
+    /// The same tree with its foot moved by this many metres.
+    #[must_use]
+    pub fn moved(mut self, by: Vec3) -> Self {
+        for node in &mut self.nodes {
+            node.position += by;
+        }
+        self
+    }
+
     /// Adds the branchlet of `parent`: up to three children at once.
     ///
     /// `p_child = p + l · R(q_parent · q) · [0, 0, −1]`

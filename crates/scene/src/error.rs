@@ -19,10 +19,10 @@ pub enum SceneError {
     NotText { path: PathBuf },
     #[error("line {line}: {message}")]
     Toml { line: usize, message: String },
-    #[error("box {number}: {source}")]
-    Box { number: usize, source: BoxProblem },
-    #[error("mesh {file}: {source}")]
-    Mesh { file: String, source: MeshError },
+    #[error("box {number}: {problem}")]
+    Box { number: usize, problem: BoxProblem },
+    #[error("mesh {file}: {problem}")]
+    Mesh { file: String, problem: MeshError },
     #[error("an obstacle stands on the tree's foot; keep the first 1.1 m above the origin free")]
     OverRoot,
     #[error("there is no form `{name}`; the forms are cone, cube, ring and a .obj or .glb file")]

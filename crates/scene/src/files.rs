@@ -23,8 +23,7 @@ pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, SceneError> {
 
 /// The mesh of a file, named from a folder.
 pub(crate) fn mesh(folder: &Path, file: &str) -> Result<TriangleMesh, SceneError> {
-    // What is no mesh by its name need not be read.
-    let named = |source| SceneError::Mesh { file: file.to_owned(), source };
+    let named = |problem| SceneError::Mesh { file: file.to_owned(), problem };
     let bytes = bytes(&folder.join(file))?;
     TriangleMesh::from_bytes(file, &bytes).map_err(named)
 }

@@ -130,11 +130,11 @@ impl Scene {
     /// When an obstacle stands on that foot, or comes to lie out of reach.
     pub fn seen_from(&self, place: Vec3) -> Result<Self, SceneError> {
         let boxes = self.boxes.iter().enumerate().map(|(i, cuboid)| {
-            cuboid.moved(-place).map_err(|source| SceneError::Box { number: i + 1, source })
+            cuboid.moved(-place).map_err(|problem| SceneError::Box { number: i + 1, problem })
         });
         let meshes = self.meshes.iter().map(|SceneMesh { file, mesh }| {
             let mesh = mesh.moved(-place);
-            let mesh = mesh.map_err(|source| SceneError::Mesh { file: file.clone(), source })?;
+            let mesh = mesh.map_err(|problem| SceneError::Mesh { file: file.clone(), problem })?;
             Ok(SceneMesh { file: file.clone(), mesh })
         });
         Self::new(boxes.collect::<Result<_, _>>()?, meshes.collect::<Result<_, SceneError>>()?)

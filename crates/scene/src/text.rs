@@ -79,7 +79,7 @@ fn scene(boxes: &[BoxText], meshes: Vec<MeshText>, folder: &Path) -> Result<Scen
     let cuboid = |(i, text): (usize, &BoxText)| {
         let shape = text.shape().ok_or(BoxProblem::Form);
         let made = shape.and_then(Cuboid::new);
-        made.map_err(|source| SceneError::Box { number: i + 1, source })
+        made.map_err(|problem| SceneError::Box { number: i + 1, problem })
     };
     let boxes = boxes.iter().enumerate().map(cuboid).collect::<Result<_, _>>()?;
     let mesh = |text: MeshText| {

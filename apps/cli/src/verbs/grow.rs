@@ -1,33 +1,102 @@
 //! `grow`: trees from the procedural model.
 
-use anyhow::{Result, bail};
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
 use deeptree_graph::Seed;
-use deeptree_growth::{Parameters, grow};
+use deeptree_growth::{Around, DEFAULT_BUDGET, Parameters, Planted, grow_around, grow_stand_in};
+use deeptree_scene::Environment;
 
 use super::making;
 use crate::args::{self, Args, UsageError};
 use crate::batch::Made;
 use crate::format::Format;
 use crate::output::{self, Target};
+use crate::stand;
 
 pub(crate) fn run(args: &Args, verb: &args::Grow) -> Result<()> {
+    match (&verb.species, &verb.stand) {
+        (Some(species), _) => trees(args, verb, species),
+        (None, Some(plan)) => stand(args, verb, plan),
+        (None, None) => bail!(UsageError("name a species, or a plan with --stand".to_owned())),
+    }
+}
+
+fn trees(args: &Args, verb: &args::Grow, species: &str) -> Result<()> {
     let which = &verb.which;
-    let parameters = parameters(verb)?;
-    let target =
-        Target::new(&verb.out.output, verb.out.format, u64::from(which.count), verb.out.lod)?;
+    let parameters = parameters(verb, species)?;
+    let environment = verb.place.load()?;
+    let target = target(verb, u64::from(which.count))?;
+    let one = |(): &mut (), seed| {
+        let grown = grow_around(species, &parameters, Seed(seed), &environment)?;
+        Ok(Made { seed, number: 0, tree: grown.tree, germ: None, hit_budget: grown.hit_budget })
+    };
+    making::run(args, species, which, &verb.out, &target, || Ok(()), one)
+}
+
+/// Trees that grow together.
+fn stand(args: &Args, verb: &args::Grow, plan: &Path) -> Result<()> {
+    let rows = stand::read(plan)?;
+    let parameters: Vec<Parameters> =
+        rows.iter().map(|row| parameters(verb, &row.species)).collect::<Result<_>>()?;
+    let target = target(verb, rows.len() as u64)?;
+    if target.folder {
+        // There a tree's file is named after its species and seed.
+        let twice = rows.iter().enumerate().find(|(i, row)| {
+            rows[..*i].iter().any(|r| (&r.species, r.seed) == (&row.species, row.seed))
+        });
+        if let Some((_, row)) = twice {
+            bail!(UsageError(format!(
+                "two trees of {} have the seed {}; write a .csv or .parquet table, or change one",
+                row.species, row.seed
+            )));
+        }
+    }
+    let around = verb.place.load()?.scene;
+    let environments: Vec<Environment> = rows
+        .iter()
+        .map(|row| {
+            let scene = around.seen_from(row.at);
+            let scene = scene.with_context(|| format!("the tree at {}, {}", row.at.x, row.at.z))?;
+            Ok(Environment { scene, volume: None })
+        })
+        .collect::<Result<_>>()?;
+    let surroundings: Vec<Around<'_>> = environments.iter().map(Around::new).collect();
+    let planted: Vec<Planted<'_>> = rows
+        .iter()
+        .zip(&parameters)
+        .map(|(row, parameters)| Planted {
+            species: &row.species,
+            parameters,
+            seed: Seed(row.seed),
+            at: row.at,
+        })
+        .collect();
+    let start = Instant::now();
+    let grown = grow_stand_in(&planted, &surroundings, DEFAULT_BUDGET)?;
+    let took = start.elapsed();
+    let made = grown.into_iter().zip(&rows).enumerate().map(|(k, (grown, row))| Made {
+        seed: row.seed,
+        number: k as u32,
+        tree: grown.tree.moved(row.at),
+        germ: None,
+        hit_budget: grown.hit_budget,
+    });
+    making::write(args, &verb.out, &target, made.collect(), took)
+}
+
+fn target(verb: &args::Grow, count: u64) -> Result<Target> {
+    let target = Target::new(&verb.out.output, verb.out.format, count, verb.out.lod)?;
     if target.format == Format::Dtree {
         bail!(output::seed_files_are_generated());
     }
-    let one = |(): &mut (), seed| {
-        let grown = grow(&verb.species, &parameters, Seed(seed))?;
-        Ok(Made { seed, number: 0, tree: grown.tree, germ: None, hit_budget: grown.hit_budget })
-    };
-    making::run(args, &verb.species, which, &verb.out, &target, || Ok(()), one)
+    Ok(target)
 }
 
 /// The numbers of the species, with what the command line overrides.
-fn parameters(verb: &args::Grow) -> Result<Parameters> {
-    let mut parameters = super::preset(&verb.species)?.parameters(verb.profile).clone();
+fn parameters(verb: &args::Grow, species: &str) -> Result<Parameters> {
+    let mut parameters = super::preset(species)?.parameters(verb.profile).clone();
     if let Some(age) = verb.which.age {
         parameters.age = age;
     }

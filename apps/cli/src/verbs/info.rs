@@ -5,11 +5,13 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use deeptree_dataset::Corpus;
 use deeptree_eval::{Row, TreeMetrics};
+use deeptree_graph::{Occupancy, Vec3};
 use deeptree_infer::{Model, Predictor};
+use deeptree_scene::BoxShape;
 use serde_json::{Value, json};
 
 use crate::args::{self, Args};
-use crate::{input, output, report};
+use crate::{input, output, place, report};
 
 pub(crate) fn run(args: &Args, verb: &args::Info) -> Result<()> {
     let path = &verb.file;
@@ -17,6 +19,8 @@ pub(crate) fn run(args: &Args, verb: &args::Info) -> Result<()> {
         corpus(path)?
     } else if path.extension().is_some_and(|extension| extension == "safetensors") {
         model(path)?
+    } else if path.extension().is_some_and(|extension| extension == "toml") {
+        scene(path)?
     } else {
         trees(verb)?
     };
@@ -76,6 +80,79 @@ fn model(path: &Path) -> Result<(Value, String)> {
         roots.iter().sum::<usize>()
     );
     Ok((figures, text))
+}
+
+fn scene(path: &Path) -> Result<(Value, String)> {
+    let scene = place::scene(path)?;
+    let grid = scene.occupancy();
+    let mut lines = Vec::new();
+    for (i, cuboid) in scene.boxes().iter().enumerate() {
+        let [low, high] = cuboid.bounds();
+        lines.push(format!("box {}: {}", i + 1, extent(low, high)));
+    }
+    let mut meshes = Vec::new();
+    for mesh in scene.meshes() {
+        let faces = mesh.mesh.triangles().len();
+        let solid = mesh.mesh.solid().iter().filter(|&&solid| solid).count();
+        let [low, high] = mesh.mesh.bounds();
+        let kind = match (solid, mesh.mesh.open_edges()) {
+            (_, 0) => "solid".to_owned(),
+            (0, open) => format!("a sheet with {open} open edges"),
+            (solid, open) => format!("{solid} of them solid, the others with {open} open edges"),
+        };
+        let place = extent(low, high);
+        lines.push(format!("mesh {}: {faces} faces, {kind}; {place}", mesh.file));
+        meshes.push(json!({
+            "file": mesh.file,
+            "faces": faces,
+            "solid_faces": solid,
+            "open_edges": mesh.mesh.open_edges(),
+            "min": low.to_array(),
+            "max": high.to_array(),
+        }));
+    }
+    let boxes: Vec<Value> = scene
+        .boxes()
+        .iter()
+        .map(|cuboid| match cuboid.shape() {
+            BoxShape::Aligned { min, max } => {
+                json!({ "min": min.to_array(), "max": max.to_array() })
+            }
+            BoxShape::Turned { center, half, yaw } => {
+                json!({ "center": center.to_array(), "half": half.to_array(), "yaw": yaw })
+            }
+        })
+        .collect();
+    let sky = scene.sky(Vec3::Y).free;
+    let bounds = scene.bounds();
+    lines.insert(
+        0,
+        format!(
+            "scene of {} boxes and {} meshes: {} of {} voxels taken, {:.0} % of the sky free a \
+             metre over the foot",
+            boxes.len(),
+            meshes.len(),
+            grid.count(),
+            Occupancy::SIDE.pow(3),
+            100.0 * sky
+        ),
+    );
+    let figures = json!({
+        "boxes": boxes,
+        "meshes": meshes,
+        "faces": scene.meshes().iter().map(|mesh| mesh.mesh.triangles().len()).sum::<usize>(),
+        "occupied_voxels": grid.count(),
+        "free_sky": sky,
+        "min": bounds.map(|[low, _]| low.to_array()),
+        "max": bounds.map(|[_, high]| high.to_array()),
+    });
+    Ok((figures, lines.join("\n")))
+}
+
+/// Where something is, in metres.
+fn extent(low: Vec3, high: Vec3) -> String {
+    let axis = |name, k: usize| format!("{name} {:.2} to {:.2}", low[k], high[k]);
+    format!("{}, {}, {} m", axis("x", 0), axis("y", 1), axis("z", 2))
 }
 
 fn corpus(path: &Path) -> Result<(Value, String)> {

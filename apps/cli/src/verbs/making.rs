@@ -39,6 +39,29 @@ pub(super) fn run<W>(
     Ok(())
 }
 
+/// Writes trees that were made together, in `took`, to the target.
+pub(super) fn write(
+    args: &Args,
+    out: &args::Out,
+    target: &Target,
+    mut made: Vec<Made>,
+    took: Duration,
+) -> Result<()> {
+    let mut seen = Seen::default();
+    let share = took / made.len().max(1) as u32;
+    target.write(|take| {
+        made.iter_mut().try_for_each(|made| {
+            if target.folder {
+                made.number = 0;
+            }
+            seen.add(made, share);
+            take(made)
+        })
+    })?;
+    seen.say(args, out);
+    Ok(())
+}
+
 /// An age in whole growth cycles.
 pub(super) fn whole_age(age: f32) -> Result<u16, UsageError> {
     if (0.0..=f32::from(u16::MAX)).contains(&age) && age.fract() == 0.0 {

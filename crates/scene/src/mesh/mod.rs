@@ -23,7 +23,7 @@ pub enum MeshError {
     #[error("meshes are read from .obj and .glb files")]
     Format,
     #[error("this is no OBJ file ({0})")]
-    Obj(#[from] tobj::LoadError),
+    Obj(tobj::LoadError),
     #[error("this is no GLB file ({0})")]
     Glb(String),
     #[error("it has more than {MAX_FACES} faces; reduce it first")]

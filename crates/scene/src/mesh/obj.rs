@@ -16,7 +16,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Triangle>, MeshError> {
     };
     // Materials are in files of their own, which nobody asks for.
     let no_materials = |_: &std::path::Path| Err(LoadError::GenericFailure);
-    let (models, _) = tobj::load_obj_buf(&mut &*bytes, &options, no_materials)?;
+    let (models, _) =
+        tobj::load_obj_buf(&mut &*bytes, &options, no_materials).map_err(MeshError::Obj)?;
     let mut triangles = Vec::new();
     for model in &models {
         for indices in model.mesh.indices.chunks_exact(3) {
