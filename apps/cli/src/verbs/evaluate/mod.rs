@@ -25,6 +25,7 @@ mod trees;
 mod two_sample;
 #[cfg(not(feature = "train"))]
 mod untrained;
+mod wishes;
 
 use std::fs;
 use std::time::Instant;
@@ -43,7 +44,7 @@ use untrained::{ablation, joint};
 type Maker = fn(&Study<'_>) -> Result<Chapter>;
 
 /// The chapters of a report, in their order.
-const CHAPTERS: [(&str, Maker); 10] = [
+const CHAPTERS: [(&str, Maker); 11] = [
     ("table", table::chapter),
     ("perceptual", perceptual::chapter),
     ("two-sample", two_sample::chapter),
@@ -51,6 +52,7 @@ const CHAPTERS: [(&str, Maker); 10] = [
     ("ablation", ablation::chapter),
     ("joint", joint::chapter),
     ("priors", priors::chapter),
+    ("wishes", wishes::chapter),
     ("runtime", runtime::chapter),
     ("compression", compression::chapter),
     ("diversity", diversity::chapter),
