@@ -18,5 +18,8 @@ mod weights;
 
 pub use kernels::{SimdPath, UnknownPath};
 pub use mlp::{Dense, Mlp, MlpError, Scratch};
-pub use predictor::{Active, Branchlet, Model, Overflow, Predictor, ROOT_COLUMNS, Root, Workspace};
+pub use predictor::{
+    Active, Branchlet, Chance, Foretold, Known, KnownChild, KnownTree, Model, Overflow, Predictor,
+    ROOT_COLUMNS, Rank, Root, Workspace,
+};
 pub use weights::{BlendError, ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder};
