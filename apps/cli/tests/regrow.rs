@@ -1,5 +1,7 @@
 //! Trees that are pruned and grow again, from file to file.
 
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic, as tests do")]
+
 mod common;
 
 use std::collections::HashSet;

@@ -105,6 +105,14 @@ fn priors_measure_what_the_model_has_seen_and_say_what_it_refuses() {
     let (json, page) = run(&desk, "priors", &[]);
     assert_eq!(json["settings"][0]["p"]["cut"], 7);
     assert!(page.contains("trees of the growth model were cut short"));
+    // Those of another build it makes anew.
+    let text = String::from_utf8(desk.read(part)).unwrap();
+    let (_, rest) = text.split_once("[\"program hash\",\"").unwrap();
+    let (program, _) = rest.split_once('"').unwrap();
+    assert!(program.len() == 32 && text.contains("\"cut\":7"));
+    std::fs::write(desk.path(part), text.replace(program, &"0".repeat(32))).unwrap();
+    let (json, _) = run(&desk, "priors", &[]);
+    assert_eq!(json["settings"][0]["p"]["cut"], 0);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod auc;
+pub mod calibration;
 pub mod criteria;
 pub mod development;
 pub mod distances;

@@ -140,16 +140,18 @@ impl Law {
         let extreme = |start: f64, pick: fn(f64, f64) -> f64| -> State {
             std::array::from_fn(|i| neighbours.iter().map(|n| n.state[i]).fold(start, pick))
         };
-        let seen = (extreme(f64::INFINITY, f64::min), extreme(f64::NEG_INFINITY, f64::max));
+        let mut seen = (extreme(f64::INFINITY, f64::min), extreme(f64::NEG_INFINITY, f64::max));
         let margin = |i: usize| MARGIN * libm::sqrt(covariance[i][i]);
         let mut low: State = std::array::from_fn(|i| seen.0[i] - margin(i));
-        let high: State = std::array::from_fn(|i| seen.1[i] + margin(i));
+        let mut high: State = std::array::from_fn(|i| seen.1[i] + margin(i));
         // No line or margin leads to lengths of nothing or less.
         for i in LENGTHS {
             let least = near.iter().map(|near| state(&roots[near.root], tip_radius)[i]);
-            low[i] = low[i].max(0.5 * least.fold(f64::INFINITY, f64::min));
+            let least = 0.5 * least.fold(f64::INFINITY, f64::min);
+            for end in [&mut low[i], &mut high[i], &mut seen.0[i], &mut seen.1[i]] {
+                *end = end.max(least);
+            }
         }
-        let high = std::array::from_fn(|i| high[i].max(low[i]));
         Self {
             mean,
             covariance,
@@ -433,6 +435,21 @@ pub(crate) mod tests {
             let n = n as f64;
             assert!((m - mean).abs() < 5.0 * libm::sqrt(variance / n), "{i}: {m} {mean}");
             assert!((v / variance - 1.0).abs() < 5.0 * libm::sqrt(2.0 / n), "{i}: {v} {variance}");
+        }
+    }
+
+    #[test]
+    fn a_line_that_leads_below_nothing_leaves_lengths_above_it() {
+        // Crowns that widen by half a metre a year from age 20 on: by the line, −2 m at age 16.
+        let crown = |age: f32| {
+            let mut state = MIDDLE;
+            state[CROWN_RADIUS] = 0.5 * f64::from(age - 20.0) + 0.2;
+            root(Place { age, gravitropism: 0.2 }, &state)
+        };
+        let roots: Vec<Root> = (0..90).map(|i| crown(20.0 + (i % 3) as f32)).collect();
+        let law = Law::at(&roots, TIP, Place { age: 16.0, gravitropism: 0.2 });
+        for (low, high) in [law.seen(CROWN_RADIUS), law.bounds(CROWN_RADIUS)] {
+            assert!((low - 0.1).abs() < 1e-6 && high >= low, "{low} {high}");
         }
     }
 

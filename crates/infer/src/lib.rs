@@ -19,6 +19,7 @@ mod weights;
 pub use kernels::{SimdPath, UnknownPath};
 pub use mlp::{Dense, Mlp, MlpError, Scratch};
 pub use predictor::{
-    Active, Branchlet, Former, Model, Overflow, Predictor, ROOT_COLUMNS, Root, Settled, Workspace,
+    Active, Branchlet, Chance, Foretold, Former, Known, KnownChild, KnownTree, Model, Overflow,
+    Predictor, ROOT_COLUMNS, Rank, Root, Settled, Workspace,
 };
 pub use weights::{BlendError, ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder};

@@ -9,7 +9,7 @@ use deeptree_graph::signature::situated::{self, LENGTH_ORDERS};
 use deeptree_graph::signature::size::SIZE_LEN;
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::testing::random_tree;
-use deeptree_graph::{Lineage, MAX_CHILDREN, Node, Plan, Seed, Sense, Share, TreeTraits};
+use deeptree_graph::{Lineage, MAX_CHILDREN, Plan, Seed, Sense, Share, TreeTraits};
 use deeptree_infer::{
     Active, Branchlet, Model, ModelKind, Predictor, ROOT_COLUMNS, Scratch, SimdPath, Table,
     Weights, WeightsBuilder, Workspace,
@@ -87,21 +87,13 @@ fn branchlets(model: &Model, species: usize) -> Vec<Branchlet> {
     let (lineage, seed) = (Lineage::ROOT, Seed(3));
     let sense = Sense::default();
     let plan = Plan { reach: 12, nodes: 300 };
-    let active = |node: &Node| {
+    let active = |id| {
+        let node = tree.node(id);
         let parent = node.parent.map(|id| tree.node(id));
-        Active {
-            node,
-            parent,
-            lineage,
-            seed,
-            tree: conditions,
-            plan,
-            sense,
-            settled: None,
-            room: None,
-        }
+        let (settled, room) = (None, None);
+        Active { node, parent, lineage, seed, tree: conditions, plan, sense, settled, room }
     };
-    let frontier: Vec<Active<'_>> = tree.nodes().iter().map(active).collect();
+    let frontier: Vec<Active<'_>> = (0..tree.len() as u32).map(active).collect();
     let mut branchlets = Vec::new();
     model.branchlets(&frontier, &mut Workspace::default(), &mut branchlets).unwrap();
     branchlets

@@ -11,7 +11,9 @@ use crate::Processor;
 pub enum TrainError {
     #[error("the training set has no {part} trees; give at least one")]
     NoTrees { part: &'static str },
-    #[error("{environments} environments for {trees} {part} trees; give one for each tree, or none")]
+    #[error(
+        "{environments} environments for {trees} {part} trees; give one for each tree, or none"
+    )]
     Environments { part: &'static str, trees: usize, environments: usize },
     #[error("{part} tree {tree} is of species `{species}`, which is not in the set's list")]
     UnknownSpecies { part: &'static str, tree: usize, species: String },

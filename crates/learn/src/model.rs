@@ -52,13 +52,7 @@ pub fn train(
     if let Some(missing) = tip_radius.iter().position(|radius| !radius.is_finite()) {
         return Err(TrainError::MissingSpecies { species: set.species[missing].clone() });
     }
-    let train = Corpus::new(
-        "training",
-        &set.train,
-        &species,
-        &tip_radius,
-        &set.train_environments,
-    );
+    let train = Corpus::new("training", &set.train, &species, &tip_radius, &set.train_environments);
     let validation = Corpus::new(
         "validation",
         &set.validation,

@@ -48,8 +48,7 @@ impl Rotations {
 
     /// Is this turn one of the aligned law?
     pub(crate) fn is_aligned(&self, species: usize, slot: usize, turn: Turn) -> bool {
-        let swing = turn.swing * self.slots[species][slot].scale;
-        if slot == 0 { swing.length() < ALIGNED } else { swing.y.abs() < ALIGNED }
+        self.slots[species][slot].is_aligned(slot, turn)
     }
 }
 

@@ -3,8 +3,7 @@
 use deeptree_graph::signature::situated::Branching;
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{
-    BranchGraph, MAX_CHILDREN, Node, NodeId, Plan, Sense, TreeTraits, plans, senses,
-    senses_in,
+    BranchGraph, MAX_CHILDREN, Node, NodeId, Plan, Sense, TreeTraits, plans, senses, senses_in,
 };
 use deeptree_scene::{Environment, Site};
 
@@ -103,8 +102,9 @@ impl<'a> Corpus<'a> {
             Some(*end)
         }));
         let plans: Vec<Vec<Plan>> = trees.iter().map(plans).collect();
-        let is_open =
-            (0..trees.len()).map(|i| environments.get(i).is_none_or(Environment::is_open)).collect();
+        let is_open = (0..trees.len())
+            .map(|i| environments.get(i).is_none_or(Environment::is_open))
+            .collect();
         let senses = trees.iter().zip(&conditions).zip(&plans).enumerate();
         let senses = senses.map(|(i, ((tree, all), plans))| {
             match environments.get(i).filter(|environment| !environment.is_open()) {

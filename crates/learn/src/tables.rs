@@ -79,7 +79,8 @@ pub(crate) fn write_common(
         // The law of roots is that of the open field.
         let trees = corpus.trees.iter().zip(&corpus.conditions).zip(&corpus.is_open);
         let of_species = trees.filter(|((_, conditions), _)| conditions.species == number);
-        let trees: Vec<_> = of_species.filter(|(_, is_open)| **is_open).map(|(one, _)| one).collect();
+        let trees: Vec<_> =
+            of_species.filter(|(_, is_open)| **is_open).map(|(one, _)| one).collect();
         let kept = trees.len().min(ROOTS);
         let roots: Vec<f32> = (0..kept)
             .map(|i| trees[i * trees.len() / kept])

@@ -569,6 +569,14 @@ impl Slot {
         (wrapped(roll - self.roll) / self.roll_scale, swing_of(rest))
     }
 
+    /// Is this turn of the child in `slot` exactly aligned: an apical shoot that goes straight on, or
+    /// a lateral in the plane of its bud?
+    #[must_use]
+    pub fn is_aligned(&self, slot: usize, turn: Turn) -> bool {
+        let swing = turn.swing * self.scale;
+        if slot == 0 { swing.length() < ALIGNED } else { swing.y.abs() < ALIGNED }
+    }
+
     fn is_lateral(&self) -> bool {
         self.roll_scale == 0.0
     }

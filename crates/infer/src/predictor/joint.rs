@@ -5,8 +5,8 @@
 use deeptree_graph::MAX_CHILDREN;
 use deeptree_graph::signature::paper::{self, CHILD_LEN, JOINT_LEN};
 
-use super::paper::{child_signature, draw_children, encode};
-use super::{Active, Branchlet, Overflow, Workspace, network};
+use super::paper::{child_signature, draw_children, encode, foretell_children};
+use super::{Active, Branchlet, Foretold, Known, Overflow, Workspace, network};
 use crate::mlp::Mlp;
 use crate::weights::{ReadWeightsError, Weights};
 
@@ -25,6 +25,17 @@ impl Joint {
         self.network.weight_count()
     }
 
+    pub(super) fn foretell(
+        &self,
+        species: usize,
+        known: &[Known<'_>],
+        work: &mut Workspace,
+    ) -> Result<Vec<Foretold>, Overflow> {
+        encode(species, known.iter().map(|known| &known.active), work);
+        let outputs = self.network.forward(work.path, &work.nodes, &mut work.scratch);
+        foretell_children(outputs.chunks_exact(JOINT_LEN).map(|row| &row[..MAX_CHILDREN]))
+    }
+
     pub(super) fn branchlets(
         &self,
         species: usize,
@@ -32,7 +43,7 @@ impl Joint {
         work: &mut Workspace,
         branchlets: &mut [Branchlet],
     ) -> Result<(), Overflow> {
-        encode(species, frontier, work);
+        encode(species, frontier.iter(), work);
         let outputs = self.network.forward(work.path, &work.nodes, &mut work.scratch);
         for (row, (active, outputs)) in
             frontier.iter().zip(outputs.chunks_exact(JOINT_LEN)).enumerate()

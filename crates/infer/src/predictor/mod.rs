@@ -1,6 +1,8 @@
 //! From signatures to children: what a model proposes for the nodes of a frontier.
 
+mod foretold;
 mod joint;
+mod laws;
 mod paper;
 mod roots;
 mod sampling;
@@ -14,6 +16,7 @@ use deeptree_graph::{
 use crate::kernels::SimdPath;
 use crate::mlp::{Mlp, Scratch};
 use crate::weights::{ModelKind, ReadWeightsError, Weights};
+pub use foretold::{Chance, Foretold, Known, KnownChild, KnownTree, Rank};
 use joint::Joint;
 use paper::Paper;
 pub use roots::{ROOT_COLUMNS, Root};
@@ -214,6 +217,25 @@ impl Model {
     #[must_use]
     pub const fn weight_count(&self) -> usize {
         self.weight_count
+    }
+
+    /// What the model says of branchlets that are known, law by law, each law told all that was
+    /// decided before it as it truly was. Nothing is drawn.
+    ///
+    /// # Errors
+    ///
+    /// When the model's numbers overflow.
+    pub fn foretell(
+        &self,
+        known: &[Known<'_>],
+        work: &mut Workspace,
+    ) -> Result<Vec<Foretold>, Overflow> {
+        let species = self.species.len();
+        match &self.networks {
+            Networks::Situated(networks) => networks.foretell(species, known, work),
+            Networks::Paper(networks) => networks.foretell(species, known, work),
+            Networks::Joint(network) => network.foretell(species, known, work),
+        }
     }
 }
 

@@ -6,7 +6,7 @@
 use deeptree_graph::signature::paper::{self, CHILD_LEN};
 use deeptree_graph::{ChildSignature, MAX_CHILDREN, Purpose, Quat};
 
-use super::{Active, Branchlet, Overflow, Workspace, network};
+use super::{Active, Branchlet, Foretold, Known, Overflow, Workspace, laws, network};
 use crate::mlp::Mlp;
 use crate::weights::{ReadWeightsError, Weights};
 
@@ -40,6 +40,17 @@ impl Paper {
         self.classifier.weight_count() + regressors
     }
 
+    pub(super) fn foretell(
+        &self,
+        species: usize,
+        known: &[Known<'_>],
+        work: &mut Workspace,
+    ) -> Result<Vec<Foretold>, Overflow> {
+        encode(species, known.iter().map(|known| &known.active), work);
+        let logits = self.classifier.forward(work.path, &work.nodes, &mut work.scratch);
+        foretell_children(logits.chunks_exact(MAX_CHILDREN))
+    }
+
     pub(super) fn branchlets(
         &self,
         species: usize,
@@ -48,7 +59,7 @@ impl Paper {
         branchlets: &mut [Branchlet],
     ) -> Result<(), Overflow> {
         let features = paper::len(species);
-        encode(species, frontier, work);
+        encode(species, frontier.iter(), work);
         let mut exists = self.draw_existence(frontier, work)?;
         for ((active, exists), branchlet) in frontier.iter().zip(&mut exists).zip(&mut *branchlets)
         {
@@ -95,10 +106,14 @@ impl Paper {
 }
 
 /// Encodes the nodes of the frontier, a row each.
-pub(super) fn encode(species: usize, frontier: &[Active<'_>], work: &mut Workspace) {
+pub(super) fn encode<'a>(
+    species: usize,
+    frontier: impl ExactSizeIterator<Item = &'a Active<'a>>,
+    work: &mut Workspace,
+) {
     let features = paper::len(species);
     work.nodes.resize(frontier.len() * features, 0.0);
-    for (active, row) in frontier.iter().zip(work.nodes.chunks_exact_mut(features)) {
+    for (active, row) in frontier.zip(work.nodes.chunks_exact_mut(features)) {
         paper::encode(active.node, &active.tree, species, row);
     }
 }
@@ -113,6 +128,21 @@ pub(super) fn draw_children(active: &Active<'_>, logits: &[f32]) -> Option<[bool
         let p = 1.0 / (1.0 + libm::expf(-logits[slot]));
         (draws.uniform() as f32) < p
     }))
+}
+
+/// What the logits of the three children of each node say of them; of a regressed signature there
+/// is no law.
+pub(super) fn foretell_children<'a>(
+    rows: impl Iterator<Item = &'a [f32]>,
+) -> Result<Vec<Foretold>, Overflow> {
+    let foretell = |(row, logits): (usize, &[f32])| {
+        let children = std::array::from_fn(|slot| laws::logistic(f64::from(logits[slot])));
+        if logits.iter().any(|logit| logit.is_nan()) {
+            return Err(Overflow { row });
+        }
+        Ok(Foretold { children, ..Foretold::default() })
+    };
+    rows.enumerate().map(foretell).collect()
 }
 
 /// The guard rails: a unit quaternion, a thickness above 0, and a length within the growth space.

@@ -11,6 +11,8 @@
 //! Source: DeepTree §4.2, Eq. 2 to 5. Deviation: laws instead of point estimates, thickness by the
 //! pipe model with integer tip counts, and the reach.
 
+mod foretelling;
+
 use deeptree_graph::signature::inheritance::{
     self, Inheritance, Question, REACH_LEN, REACH_OUTPUTS,
 };
@@ -163,7 +165,7 @@ impl Situated {
         let plans: Vec<(u32, Plan)> = frontier.iter().map(tips_and_plan).collect();
         let rows = frontier.iter().zip(&plans).zip(work.nodes.chunks_exact_mut(features));
         for ((active, &(_, plan)), row) in rows {
-            situated::encode(active.node, &active.tree, plan, &active.sense, species, row);
+            encode(active, plan, species, row);
         }
         let mut drafts = self.draw_branchings(frontier, &plans, work)?;
         self.draw_splits(features, frontier, work, &mut drafts)?;
@@ -446,6 +448,13 @@ impl Situated {
         sampling::normal_score(self.rolls.row(active.tree.species), &mut draws) / roll_scale
     }
 
+    /// The law of lengths of a species and order.
+    fn lengths_of(&self, species: usize, order: usize) -> &[f32] {
+        let lengths = self.lengths.row(species);
+        let values = lengths.len() / LENGTH_ORDERS;
+        &lengths[order * values..][..values]
+    }
+
     /// The child in `slot` with its turn, and how often it was drawn again; no child when every
     /// attempt ends below the ground or where no branch can go, and nothing when the numbers
     /// overflow.
@@ -460,10 +469,8 @@ impl Situated {
         let Active { node, lineage, seed, tree, room, .. } = active;
         let lineage = lineage.child(slot as u8);
         let order = (usize::from(node.order) + usize::from(slot > 0)).min(LENGTH_ORDERS - 1);
-        let lengths = self.lengths.row(tree.species);
-        let values = lengths.len() / LENGTH_ORDERS;
         let length = sampling::normal_score(
-            &lengths[order * values..][..values],
+            self.lengths_of(tree.species, order),
             &mut seed.draws(lineage, Purpose::ChildLength),
         );
         let mut turn = Turn { swing: Vec2::ZERO, roll };
@@ -482,6 +489,11 @@ impl Situated {
         }
         Some((turn, None, ATTEMPTS as u8))
     }
+}
+
+/// Writes what the networks read of a node.
+fn encode(active: &Active<'_>, plan: Plan, species: usize, row: &mut [f32]) {
+    situated::encode(active.node, &active.tree, plan, &active.sense, species, row);
 }
 
 /// The first existing child at `from` or after.

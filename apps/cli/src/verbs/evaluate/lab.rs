@@ -128,7 +128,7 @@ impl<'a> Lab<'a> {
         )
     }
 
-    /// The folder of what a full or a quick run keeps.
+    /// The folder of what a full or a quick run of this program keeps.
     fn folder(&self) -> PathBuf {
         let run = if self.study.verb.quick { "quick" } else { "full" };
         let (profile, trees) = (self.study.verb.profile.name(), self.corpus_trees);
@@ -138,6 +138,7 @@ impl<'a> Lab<'a> {
             .verb
             .output
             .join("lab")
+            .join(&self.study.program)
             .join(format!("{}-{run}-{profile}-{names}-{trees}", self.name))
     }
 

@@ -13,6 +13,7 @@ mod joint;
 mod lab;
 mod measure;
 mod memorisation;
+mod open_loop;
 mod perceptual;
 #[cfg(feature = "train")]
 mod points;
@@ -26,6 +27,7 @@ mod trees;
 mod two_sample;
 #[cfg(not(feature = "train"))]
 mod untrained;
+mod wishes;
 
 use std::fs;
 use std::time::Instant;
@@ -44,14 +46,16 @@ use untrained::{ablation, joint};
 type Maker = fn(&Study<'_>) -> Result<Chapter>;
 
 /// The chapters of a report, in their order.
-const CHAPTERS: [(&str, Maker); 11] = [
+const CHAPTERS: [(&str, Maker); 13] = [
     ("table", table::chapter),
     ("perceptual", perceptual::chapter),
     ("two-sample", two_sample::chapter),
     ("memorisation", memorisation::chapter),
+    ("open-loop", open_loop::chapter),
     ("ablation", ablation::chapter),
     ("joint", joint::chapter),
     ("priors", priors::chapter),
+    ("wishes", wishes::chapter),
     ("runtime", runtime::chapter),
     ("compression", compression::chapter),
     ("diversity", diversity::chapter),

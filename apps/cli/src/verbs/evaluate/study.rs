@@ -11,8 +11,10 @@ use deeptree_infer::{Model, Predictor};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
 
 use crate::args::{self, Args, ModelChoice};
+use crate::output::hex;
 use crate::verbs::{presets, unknown_species};
 
 /// Folder of the parts of a run, in that of the report.
@@ -26,6 +28,9 @@ pub(crate) struct Study<'a> {
     pub(crate) model: Option<Model>,
     /// The shipped model of kind `paper`, where it is not the one that is judged.
     pub(crate) paper: Option<Model>,
+    /// What tells this build of the program from others: a part that another one has left may mean
+    /// something else, and is made anew.
+    pub(crate) program: String,
 }
 
 impl<'a> Study<'a> {
@@ -40,7 +45,7 @@ impl<'a> Study<'a> {
         }
         let paper = ModelChoice { model: "paper".into(), simd: verb.model.simd }.load()?;
         let paper = model.as_ref().filter(|model| model.hash() != paper.hash()).map(|_| paper);
-        Ok(Self { args, verb, species, model, paper })
+        Ok(Self { args, verb, species, model, paper, program: program()? })
     }
 
     /// The number for a full run, or that for a quick one.
@@ -64,17 +69,17 @@ impl<'a> Study<'a> {
             ("model", self.verb.model.model.display().to_string()),
             ("model hash", self.model_hash()),
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("program hash", self.program.clone()),
         ];
         facts.map(|(name, value)| (name.to_owned(), value)).to_vec()
     }
 
     fn model_hash(&self) -> String {
-        let hash = self.model.as_ref().map(Model::hash);
-        hash.iter().flatten().map(|byte| format!("{byte:02x}")).collect()
+        self.model.as_ref().map(|model| hex(model.hash())).unwrap_or_default()
     }
 
-    /// The part of this name: read where an earlier run with the same options and model left it,
-    /// else made and left for the next.
+    /// The part of this name: read where an earlier run of the same program with the same options
+    /// and model left it, else made and left for the next.
     pub(crate) fn part<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
@@ -110,6 +115,16 @@ impl<'a> Study<'a> {
     pub(crate) fn save(&self, name: &str, bytes: &[u8]) -> Result<()> {
         Ok(write_atomically(&self.verb.output.join(name), |out| out.write_all(bytes))?)
     }
+}
+
+/// The start of the SHA-256 of the program that runs.
+fn program() -> Result<String> {
+    let path = std::env::current_exe().context("cannot find the program's own file")?;
+    let bytes =
+        fs::read(&path).with_context(|| format!("cannot read the program {}", path.display()))?;
+    let mut start = [0; 16];
+    start.copy_from_slice(&Sha256::digest(&bytes)[..16]);
+    Ok(hex(start))
 }
 
 /// Places after the point that a number needs for so many digits that count.

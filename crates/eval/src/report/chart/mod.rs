@@ -18,6 +18,8 @@ pub const TEACHER: RGBColor = RGBColor(0x4c, 0x78, 0xa8);
 pub const LEARNER: RGBColor = RGBColor(0xe0, 0x7b, 0x39);
 /// The model of kind `paper`.
 pub const PAPER: RGBColor = RGBColor(0x8c, 0x8c, 0x8c);
+/// What a chart is read against, such as the line of equality.
+pub const GUIDE: RGBColor = RGBColor(0xb4, 0xbc, 0xb4);
 
 /// Text and axes.
 const INK: RGBColor = RGBColor(0x1d, 0x26, 0x20);
