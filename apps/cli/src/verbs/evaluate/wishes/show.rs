@@ -160,7 +160,7 @@ fn shares(one: &SpeciesControls) -> Vec<Cell> {
     cells
 }
 
-fn of_control(
+fn of_control<'a>(
     all: &'a [SpeciesControls],
     control: Control,
 ) -> impl Iterator<Item = (&'a str, &'a Controlled)> {
