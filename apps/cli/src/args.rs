@@ -245,6 +245,14 @@ pub(crate) struct Dataset {
     /// Trees of each species; four fifths are for training, the rest for validation.
     #[arg(long, default_value_t = 500, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) trees: u32,
+    /// Grow this many trees of each species, each in a random scene of its own: walls and boxes
+    /// near it.
+    #[arg(long, value_name = "N", conflicts_with = "trees", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) scenes: Option<u32>,
+    /// Keep the trees within these forms, separated by commas: cone, cube, ring. There are --trees
+    /// of each species in each form; their numbers take turns.
+    #[arg(long, value_name = "LIST")]
+    pub(crate) form: Option<String>,
     /// Seed of the first tree of each species.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     pub(crate) seed: u64,

@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 use deeptree_export::tables::{TableMeta, TableWriter, WriteTableError};
 use deeptree_export::{WriteError, write_atomically};
 use deeptree_graph::{BranchGraph, Seed};
+use deeptree_scene::Environment;
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
 use crate::plan::{CorpusPlan, PLAN_FILE, PlanError};
 use crate::priors::Priors;
-use crate::shard::Shard;
+use crate::shard::{CorpusTree, Shard};
 
 /// How far a build has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,8 +78,8 @@ pub enum BuildError {
 
 /// Builds the corpus of `plan` in the folder `dir`, or finishes it.
 ///
-/// `grow` makes the tree of a species, a seed and what the plan draws for it, on several threads at
-/// once; how many changes nothing in the files. A file appears under its name only when it is complete, so a build that
+/// `grow` makes the tree of a species, a seed, what the plan draws for it and what stands around it,
+/// on several threads at once; how many changes nothing in the files. A file appears under its name only when it is complete, so a build that
 /// was stopped anywhere can be run again: whole shards are kept, damaged ones grown anew. One build
 /// at a time may use a folder.
 ///
@@ -89,7 +90,7 @@ pub enum BuildError {
 pub fn build<E: Error + Send + Sync + 'static>(
     plan: &CorpusPlan,
     dir: &Path,
-    grow: impl Fn(&str, Seed, &Priors) -> Result<BranchGraph, E> + Sync,
+    grow: impl Fn(&str, Seed, &Priors, &Environment) -> Result<BranchGraph, E> + Sync,
     mut progress: impl FnMut(Progress<'_>),
 ) -> Result<BuildReport, BuildError> {
     plan.check()?;
@@ -164,14 +165,15 @@ fn remove_leftovers(plan: &CorpusPlan, dir: &Path) -> Result<(), BuildError> {
 /// Is the shard there, and does it hold exactly the trees of the plan?
 fn is_whole(shard: &Shard, plan: &CorpusPlan, dir: &Path) -> bool {
     let Ok(mut reader) = shard.clone().open(plan, dir) else { return false };
-    std::iter::from_fn(|| reader.next(plan)).all(|tree| tree.is_ok())
+    let as_planned = |tree: &CorpusTree| tree.environment == plan.environment(tree.number);
+    std::iter::from_fn(|| reader.next(plan)).all(|tree| tree.is_ok_and(|tree| as_planned(&tree)))
 }
 
 fn write_shard<E: Error + Send + Sync + 'static>(
     shard: &Shard,
     plan: &CorpusPlan,
     dir: &Path,
-    grow: &(impl Fn(&str, Seed, &Priors) -> Result<BranchGraph, E> + Sync),
+    grow: &(impl Fn(&str, Seed, &Priors, &Environment) -> Result<BranchGraph, E> + Sync),
 ) -> Result<(), BuildError> {
     let species = plan.species[shard.species].as_str();
     let grow_one = |number| grow_checked(species, number, plan, grow);
@@ -186,6 +188,9 @@ fn write_shard<E: Error + Send + Sync + 'static>(
         let mut table = TableWriter::new(out, &TableMeta::default())?;
         for (number, tree) in shard.numbers.clone().zip(&trees) {
             table.write(number, tree)?;
+            if plan.has_environments() {
+                table.note_environment(number, &plan.environment(number).to_toml());
+            }
         }
         table.finish().map(drop)
     })?;
@@ -196,11 +201,12 @@ fn grow_checked<E: Error + Send + Sync + 'static>(
     species: &str,
     number: u32,
     plan: &CorpusPlan,
-    grow: &(impl Fn(&str, Seed, &Priors) -> Result<BranchGraph, E> + Sync),
+    grow: &(impl Fn(&str, Seed, &Priors, &Environment) -> Result<BranchGraph, E> + Sync),
 ) -> Result<BranchGraph, BuildError> {
     let (name, seed, priors) = (species.to_owned(), plan.seed(number), plan.priors(number));
     let Seed(seed_number) = seed;
-    let tree = grow(species, seed, &priors).map_err(|source| BuildError::Grow {
+    let environment = plan.environment(number);
+    let tree = grow(species, seed, &priors, &environment).map_err(|source| BuildError::Grow {
         species: name.clone(),
         number,
         seed: seed_number,

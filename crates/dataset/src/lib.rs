@@ -8,7 +8,9 @@
 //! [`build`] makes a corpus from a [`CorpusPlan`] and goes on where it was stopped; [`Corpus`]
 //! reads it. Tree `k` of every species has the seed `first_seed + k`, and the plan alone decides
 //! which trees are for training: a corpus has the same bytes wherever it is built. A plan may have
-//! the age and the gravitropism of each tree drawn from ranges.
+//! the age and the gravitropism of each tree drawn from ranges, put each into a random scene of its
+//! own, and keep each within a form. What stood around a tree is stored with it, in the metadata of
+//! its shard.
 
 #![forbid(unsafe_code)]
 

@@ -1,8 +1,10 @@
 //! What a corpus holds: `corpus.toml`.
 
 use std::ops::Range;
+use std::path::Path;
 
 use deeptree_graph::Seed;
+use deeptree_scene::{Environment, Scene, Volume};
 use serde::{Deserialize, Serialize};
 
 use crate::priors::{self, Priors, Span, SpansError};
@@ -38,6 +40,12 @@ pub struct CorpusPlan {
     /// Values that each tree's gravitropism is drawn from; without them all have the profile's.
     #[serde(default)]
     pub gravitropisms: Option<Vec<Span<f64>>>,
+    /// Does each tree stand in the random scene of its seed?
+    #[serde(default)]
+    pub scenes: bool,
+    /// The volumes that trees are kept in, by name: one after the other, again and again.
+    #[serde(default)]
+    pub forms: Option<Vec<String>>,
 }
 
 /// Which trees of a species.
@@ -70,6 +78,10 @@ pub enum PlanError {
     SeedTooLarge { first_seed: u64 },
     #[error("the plan's {field}: {source}")]
     Spans { field: &'static str, source: SpansError },
+    #[error("the plan's forms: `{name}` is not one of {}", Volume::NAMES.join(", "))]
+    Form { name: String },
+    #[error("the plan's forms: there is none, or one twice")]
+    Forms,
     #[error("{PLAN_FILE} has format {found}; this program reads format {FORMAT}")]
     Format { found: i64 },
     #[error("{PLAN_FILE} names no format; it is not the plan of a corpus")]
@@ -93,6 +105,8 @@ impl CorpusPlan {
             shard_trees: SHARD_TREES,
             ages: None,
             gravitropisms: None,
+            scenes: false,
+            forms: None,
         }
     }
 
@@ -116,6 +130,24 @@ impl CorpusPlan {
     #[must_use]
     pub fn priors(&self, number: u32) -> Priors {
         Priors::draw(self.seed(number), self.ages.as_deref(), self.gravitropisms.as_deref())
+    }
+
+    /// What stands around a tree and where it is kept in: the random scene of its seed, and the
+    /// form whose turn it is.
+    #[must_use]
+    pub fn environment(&self, number: u32) -> Environment {
+        let scene = if self.scenes { Scene::random(self.seed(number)) } else { Scene::default() };
+        let forms = self.forms.as_deref().unwrap_or_default();
+        let form = forms.get(number as usize % forms.len().max(1));
+        // Known by name, in a plan that was checked: no file is read.
+        let volume = form.and_then(|form| Volume::named(form, Path::new("")).ok());
+        Environment { scene, volume }
+    }
+
+    /// Do trees stand anywhere but in the open field?
+    #[must_use]
+    pub fn has_environments(&self) -> bool {
+        self.scenes || self.forms.is_some()
     }
 
     /// Finds out whether the plan can be built.
@@ -154,6 +186,15 @@ impl CorpusPlan {
         if let Some(values) = &self.gravitropisms {
             priors::check(values, f64::is_finite).map_err(at("gravitropisms"))?;
         }
+        if let Some(forms) = &self.forms {
+            if let Some(name) = forms.iter().find(|name| !Volume::NAMES.contains(&name.as_str())) {
+                return Err(PlanError::Form { name: name.clone() });
+            }
+            let is_twice = |(i, name): (usize, &String)| forms[..i].contains(name);
+            if forms.is_empty() || forms.iter().enumerate().any(is_twice) {
+                return Err(PlanError::Forms);
+            }
+        }
         Ok(())
     }
 
@@ -173,6 +214,12 @@ impl CorpusPlan {
         }
         if let Some(values) = &self.gravitropisms {
             table.insert("gravitropisms".into(), pairs(values, toml::Value::from));
+        }
+        if self.scenes {
+            table.insert("scenes".into(), true.into());
+        }
+        if let Some(forms) = &self.forms {
+            table.insert("forms".into(), forms.clone().into());
         }
         table.to_string()
     }
@@ -202,6 +249,8 @@ impl CorpusPlan {
                 ("shard_trees", plan.shard_trees.to_string()),
                 ("ages", text_of(plan.ages.as_deref())),
                 ("gravitropisms", text_of(plan.gravitropisms.as_deref())),
+                ("scenes", plan.scenes.to_string()),
+                ("forms", plan.forms.as_ref().map_or("none".to_owned(), |names| names.join(", "))),
             ]
         };
         let mut pairs = fields(self).into_iter().zip(fields(other));
@@ -265,6 +314,29 @@ mod tests {
             of_priors().difference(&plan()),
             Some(("ages", "10..22,28..40".to_owned(), "the profile's".to_owned()))
         );
+    }
+
+    #[test]
+    fn scenes_and_forms_are_in_the_text_of_plans_that_have_them() {
+        let forms = |names: &[&str]| Some(names.iter().map(ToString::to_string).collect());
+        let of_scenes = CorpusPlan { scenes: true, forms: forms(&["ring", "cone"]), ..plan() };
+        let text = of_scenes.to_toml();
+        assert!(text.contains("\nscenes = true\n") && text.contains("forms = ["), "{text}");
+        assert_eq!(CorpusPlan::from_toml(&text).unwrap(), of_scenes);
+        assert!(of_scenes.has_environments() && !plan().has_environments());
+        assert_eq!(plan().environment(3), Environment::default());
+
+        // Tree 3 has the scene of seed 7 + 3, and the second form.
+        let environment = of_scenes.environment(3);
+        assert_eq!(environment.scene, Scene::random(Seed(10)));
+        assert_eq!(environment.volume, Some(Volume::Cone));
+        assert_eq!(of_scenes.environment(4).volume, Some(Volume::Ring));
+
+        let error =
+            |names: &[&str]| CorpusPlan { forms: forms(names), ..plan() }.check().unwrap_err();
+        assert_eq!(error(&["ball"]), PlanError::Form { name: "ball".into() });
+        assert_eq!(error(&[]), PlanError::Forms);
+        assert_eq!(error(&["cone", "cone"]), PlanError::Forms);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use deeptree_export::tables::{ReadTableError, TableReader};
 use deeptree_graph::{BranchGraph, TreeInfo};
+use deeptree_scene::{Environment, SceneError};
 
 use crate::plan::CorpusPlan;
 
@@ -19,6 +20,8 @@ pub struct CorpusTree {
     pub number: u32,
     /// The tree.
     pub tree: BranchGraph,
+    /// What stood around it, as stored with it.
+    pub environment: Environment,
 }
 
 /// Why a shard is not as planned. Building the corpus again mends it.
@@ -41,6 +44,16 @@ pub enum ShardError {
         path.display()
     )]
     TooFew { path: PathBuf, number: u32 },
+    #[error(
+        "{} does not say what stood around tree {number}; build the corpus again to mend it",
+        path.display()
+    )]
+    NoEnvironment { path: PathBuf, number: u32 },
+    #[error(
+        "{} says no usable scene for tree {number}; build the corpus again to mend it",
+        path.display()
+    )]
+    Environment { path: PathBuf, number: u32, source: SceneError },
 }
 
 /// The trees that one file of the corpus holds.
@@ -129,10 +142,26 @@ impl ShardReader {
             && seed == plan.seed(found).0
             && plan.priors(found).hold(&tree.info);
         if planned {
-            Ok(Some(CorpusTree { species, number, tree }))
+            let environment = self.environment(plan, number)?;
+            Ok(Some(CorpusTree { species, number, tree, environment }))
         } else {
             let species = tree.info.species;
             Err(ShardError::OtherTree { path: path(), found, species, seed, number })
         }
+    }
+
+    /// What is stored to have stood around a tree. Corpora name no files, so none is looked for.
+    fn environment(&self, plan: &CorpusPlan, number: u32) -> Result<Environment, ShardError> {
+        if !plan.has_environments() {
+            return Ok(Environment::default());
+        }
+        let path = || self.path.clone();
+        let text = self.table.environment(number);
+        let text = text.ok_or_else(|| ShardError::NoEnvironment { path: path(), number })?;
+        Environment::parse(text, Path::new("")).map_err(|source| ShardError::Environment {
+            path: path(),
+            number,
+            source,
+        })
     }
 }

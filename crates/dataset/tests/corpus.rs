@@ -14,13 +14,19 @@ use deeptree_dataset::{
 };
 use deeptree_graph::testing::random_tree;
 use deeptree_graph::{BranchGraph, Seed};
+use deeptree_scene::{Environment, Scene, Volume};
 
 fn plan() -> CorpusPlan {
     let species = vec!["oak".into(), "pine".into()];
     CorpusPlan { shard_trees: 4, ..CorpusPlan::new(species, 10, Seed(100), "reference") }
 }
 
-fn grow(species: &str, seed: Seed, priors: &Priors) -> Result<BranchGraph, Infallible> {
+fn grow(
+    species: &str,
+    seed: Seed,
+    priors: &Priors,
+    _: &Environment,
+) -> Result<BranchGraph, Infallible> {
     let mut tree = random_tree(seed.0 ^ species.len() as u64, 30);
     tree.info.species = species.into();
     tree.info.seed = seed.0;
@@ -72,10 +78,10 @@ fn a_corpus_holds_each_planned_tree_once_in_its_split() {
     assert_eq!(numbers(Split::All), both(0..10));
     for tree in corpus.trees_of(1, Split::All) {
         let tree = tree.unwrap();
-        assert_eq!(
-            tree.tree,
-            grow("pine", Seed(100 + u64::from(tree.number)), &Priors::default()).unwrap()
-        );
+        assert_eq!(tree.tree, {
+            let seed = Seed(100 + u64::from(tree.number));
+            grow("pine", seed, &Priors::default(), &Environment::default()).unwrap()
+        });
     }
 }
 
@@ -91,9 +97,9 @@ fn a_build_that_was_killed_goes_on_without_losing_or_doubling_a_tree() {
     fs::write(cut.path().join(".pine-002.parquet.0.part"), b"half a shard").unwrap();
 
     let calls = AtomicUsize::new(0);
-    let counted = |species: &str, seed, priors: &Priors| {
+    let counted = |species: &str, seed, priors: &Priors, around: &Environment| {
         calls.fetch_add(1, Ordering::Relaxed);
-        grow(species, seed, priors)
+        grow(species, seed, priors, around)
     };
     let report = build(&plan(), cut.path(), counted, |_| {}).unwrap();
     assert_eq!(report, BuildReport { written: 2, replaced: 1, kept: 4 });
@@ -182,18 +188,19 @@ fn an_unfinished_corpus_does_not_open() {
 #[test]
 fn the_first_tree_that_fails_is_named_and_earlier_shards_stay() {
     let dir = tempfile::tempdir().unwrap();
-    let failing = |species: &str, seed: Seed, priors: &Priors| {
+    let failing = |species: &str, seed: Seed, priors: &Priors, around: &Environment| {
         if seed.0 >= 105 {
             return Err(std::io::Error::other("no light"));
         }
-        grow(species, seed, priors).map_err(|never| match never {})
+        grow(species, seed, priors, around).map_err(|never| match never {})
     };
     let error = build(&plan(), dir.path(), failing, |_| {}).unwrap_err();
     assert!(matches!(error, BuildError::Grow { number: 5, seed: 105, .. }), "{error}");
     assert_eq!(error.source().unwrap().to_string(), "no light");
     assert_eq!(built(dir.path()), BuildReport { written: 5, replaced: 0, kept: 1 });
 
-    let careless = |_: &str, seed, priors: &Priors| grow("willow", seed, priors);
+    let careless =
+        |_: &str, seed, priors: &Priors, around: &Environment| grow("willow", seed, priors, around);
     let dir = tempfile::tempdir().unwrap();
     let error = build(&plan(), dir.path(), careless, |_| {}).unwrap_err();
     assert!(matches!(error, BuildError::GrownOther { number: 0, .. }), "{error}");
@@ -232,7 +239,9 @@ fn trees_carry_the_age_and_gravitropism_that_the_plan_draws() {
 #[test]
 fn trees_of_another_age_than_drawn_are_refused() {
     let dir = tempfile::tempdir().unwrap();
-    let careless = |species: &str, seed, _: &Priors| grow(species, seed, &Priors::default());
+    let careless = |species: &str, seed, _: &Priors, around: &Environment| {
+        grow(species, seed, &Priors::default(), around)
+    };
     let error = build(&of_priors(), dir.path(), careless, |_| {}).unwrap_err();
     assert!(matches!(error, BuildError::GrownAtOther { number: 0, .. }), "{error}");
 
@@ -258,4 +267,59 @@ fn ages_and_gravitropisms_are_the_same_on_any_number_of_threads() {
         files(dir.path())
     };
     assert_eq!(with(1), with(3));
+}
+
+/// A plan whose trees stand in scenes and forms.
+fn of_environments() -> CorpusPlan {
+    let forms = Some(vec!["cone".into(), "ring".into()]);
+    CorpusPlan { scenes: true, forms, ..plan() }
+}
+
+#[test]
+fn what_stood_around_a_tree_comes_back_with_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let seen = |species: &str, seed: Seed, priors: &Priors, around: &Environment| {
+        assert_eq!(around.scene, Scene::random(seed));
+        grow(species, seed, priors, around)
+    };
+    build(&of_environments(), dir.path(), seen, |_| {}).unwrap();
+    let whole = files(dir.path());
+    let corpus = Corpus::open(dir.path()).unwrap();
+    assert_eq!(corpus.plan(), &of_environments());
+    let mut trees = 0;
+    for tree in corpus.trees(Split::All) {
+        let tree = tree.unwrap();
+        assert_eq!(tree.environment.scene, Scene::random(Seed(100 + u64::from(tree.number))));
+        let form = if tree.number % 2 == 0 { Volume::Cone } else { Volume::Ring };
+        assert_eq!(tree.environment.volume, Some(form));
+        trees += 1;
+    }
+    assert_eq!(trees, 20);
+
+    // Cut off and run again, it comes to the same bytes.
+    fs::remove_file(dir.path().join("oak-001.parquet")).unwrap();
+    let report = build(&of_environments(), dir.path(), grow, |_| {}).unwrap();
+    assert_eq!(report, BuildReport { written: 1, replaced: 0, kept: 5 });
+    assert_eq!(files(dir.path()), whole);
+}
+
+#[test]
+fn shards_without_their_scenes_are_grown_anew() {
+    let dir = tempfile::tempdir().unwrap();
+    let (plain, mixed) = (dir.path().join("plain"), dir.path().join("mixed"));
+    built(&plain);
+    build(&of_environments(), &mixed, grow, |_| {}).unwrap();
+    fs::copy(plain.join("oak-000.parquet"), mixed.join("oak-000.parquet")).unwrap();
+    let corpus = Corpus::open(&mixed).unwrap();
+    let error = corpus.trees(Split::All).find_map(Result::err).unwrap();
+    let is_told = matches!(error, CorpusError::Shard(ShardError::NoEnvironment { number: 0, .. }));
+    assert!(is_told, "{error}");
+    assert_eq!(build(&of_environments(), &mixed, grow, |_| {}).unwrap().replaced, 1);
+
+    let other = CorpusPlan { scenes: false, ..of_environments() };
+    let error = build(&other, &mixed, grow, |_| {}).unwrap_err();
+    assert!(matches!(error, BuildError::OtherCorpus { field: "scenes", .. }), "{error}");
+    for tree in Corpus::open(&plain).unwrap().trees(Split::All) {
+        assert!(tree.unwrap().environment.is_open());
+    }
 }

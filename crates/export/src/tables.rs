@@ -15,7 +15,9 @@
 //! | `gravitropism` | `FLOAT` | – |
 //! | `seed` | `INT64`, unsigned | – |
 //!
-//! The hash of the model that grew the trees is in the file's metadata under [`MODEL_KEY`].
+//! The hash of the model that grew the trees is in the file's metadata under [`MODEL_KEY`], and
+//! what stood around tree `k` under [`ENVIRONMENT_KEY`] and `k`: the text of a scene file, with the
+//! line `form = "…"` before it for a tree that was kept in a volume.
 //!
 //! Tables written elsewhere may leave out the columns that a CSV table may, and the last four; may
 //! have others besides; and may use 32 or 64 bits for a number, and columns that could hold nulls
@@ -29,6 +31,9 @@ pub use write::{TableMeta, TableWriter, WriteTableError};
 
 /// Key of the model's hash in the metadata of the file.
 pub const MODEL_KEY: &str = "deeptree.model";
+
+/// Key of what stood around a tree in the metadata of the file, up to the tree's number.
+pub const ENVIRONMENT_KEY: &str = "deeptree.environment.";
 
 #[cfg(test)]
 mod tests;

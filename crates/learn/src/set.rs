@@ -105,8 +105,8 @@ impl<'a> Corpus<'a> {
         let is_open = (0..trees.len())
             .map(|i| environments.get(i).is_none_or(Environment::is_open))
             .collect();
-        let senses = trees.iter().zip(&conditions).zip(&plans).enumerate();
-        let senses = senses.map(|(i, ((tree, all), plans))| {
+        let known = trees.iter().zip(&conditions).zip(&plans).enumerate();
+        let known = known.map(|(i, ((tree, all), plans))| {
             match environments.get(i).filter(|environment| !environment.is_open()) {
                 None => senses(tree, all.tip_radius, plans),
                 Some(environment) => {
@@ -115,7 +115,7 @@ impl<'a> Corpus<'a> {
                 }
             }
         });
-        let senses = senses.collect();
+        let senses = known.collect();
         Self { part, trees, conditions, plans, is_open, senses, starts }
     }
 

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use deeptree_dataset::{CorpusPlan, build};
 use deeptree_graph::Seed;
-use deeptree_growth::{GrowError, grow, parameters};
+use deeptree_growth::{GrowError, grow_around, parameters};
 use serde_json::json;
 
 use super::presets;
@@ -51,23 +51,29 @@ fn check(plan: &CorpusPlan) -> Result<(), UsageError> {
 pub(crate) fn run(args: &Args, verb: &args::Dataset) -> Result<()> {
     let species = presets(&verb.species)?;
     let names = species.iter().map(|species| species.name.clone()).collect();
+    let forms: Option<Vec<String>> =
+        verb.form.as_ref().map(|list| list.split(',').map(|name| name.trim().to_owned()).collect());
+    let trees = verb.scenes.unwrap_or(verb.trees);
+    let trees = trees.saturating_mul(forms.as_ref().map_or(1, |forms| forms.len() as u32));
     let plan = CorpusPlan {
         ages: verb.ages.clone().map(|spans| spans.0),
         gravitropisms: verb.gravitropisms.clone().map(|spans| spans.0),
-        ..CorpusPlan::new(names, verb.trees, Seed(verb.seed), verb.profile.name())
+        scenes: verb.scenes.is_some(),
+        forms: forms.clone(),
+        ..CorpusPlan::new(names, trees, Seed(verb.seed), verb.profile.name())
     };
     check(&plan)?;
     let bar = report::bar(args, u64::from(plan.trees) * species.len() as u64, "trees");
     let built = build(
         &plan,
         &verb.output,
-        |name, seed, priors| {
+        |name, seed, priors, environment| {
             let preset = species.iter().find(|species| species.name == name);
             let preset = preset.unwrap_or(&species[0]);
             let mut parameters = preset.parameters(verb.profile).clone();
             parameters.age = priors.age.map_or(parameters.age, |age| age as f32);
             parameters.gravitropism = priors.gravitropism.unwrap_or(parameters.gravitropism);
-            let grown = grow(name, &parameters, seed)?;
+            let grown = grow_around(name, &parameters, seed, environment)?;
             if grown.hit_budget { Err(CutOff::Budget) } else { Ok(grown.tree) }
         },
         |progress| {
@@ -88,6 +94,8 @@ pub(crate) fn run(args: &Args, verb: &args::Dataset) -> Result<()> {
         "species": plan.species,
         "trees": plan.trees,
         "training_trees": plan.training_trees,
+        "scenes": plan.scenes,
+        "forms": plan.forms,
         "shards_written": built.written,
         "shards_kept": built.kept,
     });

@@ -167,13 +167,18 @@ fn corpus(path: &Path) -> Result<(Value, String)> {
         "profile": plan.profile,
         "ages": plan.ages,
         "gravitropisms": plan.gravitropisms,
+        "scenes": plan.scenes,
+        "forms": plan.forms,
         "hash": hash,
     });
+    let scenes = if plan.scenes { ", each in a scene of its own" } else { "" };
+    let forms = plan.forms.as_ref().map(|forms| format!(", in the forms {}", forms.join(", ")));
     let text = format!(
-        "corpus of {} trees of each of {} ({} for training), seeds from {}, profile {}, hash {hash}",
+        "corpus of {} trees of each of {} ({} for training){scenes}{}, seeds from {}, profile {}, hash {hash}",
         plan.trees,
         plan.species.join(", "),
         plan.training_trees,
+        forms.unwrap_or_default(),
         plan.first_seed,
         plan.profile,
     );

@@ -33,6 +33,7 @@ pub(super) mod training {
     use deeptree_learn::{
         Kind, NetworkOptions, Processor, TrainEvent, TrainOptions, TrainingSet, train,
     };
+    use deeptree_scene::Environment;
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
     use crate::args::{self, Args, UsageError};

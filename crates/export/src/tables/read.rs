@@ -12,7 +12,7 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use self::columns::{Batch, Float, Int, Layout, OpenGroup};
-use super::MODEL_KEY;
+use super::{ENVIRONMENT_KEY, MODEL_KEY};
 
 /// Why a table could not be read. Rows count from 1 through the whole file.
 #[derive(Debug, thiserror::Error)]
@@ -119,8 +119,18 @@ impl TableReader {
     /// Hash of the model that grew the trees, where the file names one.
     #[must_use]
     pub fn model(&self) -> Option<&str> {
+        self.note(MODEL_KEY)
+    }
+
+    /// What stood around a tree, as the text of an environment, where the file says it.
+    #[must_use]
+    pub fn environment(&self, tree: u32) -> Option<&str> {
+        self.note(&format!("{ENVIRONMENT_KEY}{tree}"))
+    }
+
+    fn note(&self, key: &str) -> Option<&str> {
         let pairs = self.file.metadata().file_metadata().key_value_metadata()?;
-        pairs.iter().find(|pair| pair.key == MODEL_KEY)?.value.as_deref()
+        pairs.iter().find(|pair| pair.key == key)?.value.as_deref()
     }
 
     /// The next tree, or none at the end of the table.

@@ -49,6 +49,20 @@ fn the_model_is_in_the_metadata() {
 }
 
 #[test]
+fn what_stood_around_each_tree_is_in_the_metadata() {
+    let meta = TableMeta { model: Some("00ff".into()) };
+    let mut writer = TableWriter::new(Vec::new(), &meta).unwrap();
+    for (number, text) in [(1, "form = \"cone\"\n"), (12, "")] {
+        writer.write(number, &random_tree(3, 9)).unwrap();
+        writer.note_environment(number, text);
+    }
+    let reader = TableReader::from_bytes(writer.finish().unwrap(), info()).unwrap();
+    assert_eq!(reader.environment(1), Some("form = \"cone\"\n"));
+    assert_eq!((reader.environment(12), reader.environment(2)), (Some(""), None));
+    assert_eq!(reader.model(), Some("00ff"));
+}
+
+#[test]
 fn trees_of_several_row_groups_and_batches_come_back() {
     let trees: Vec<_> = (0..4).map(|k| (k, random_tree(u64::from(k), 60_000))).collect();
     assert!(trees.iter().map(|(_, tree)| tree.len()).sum::<usize>() > 200_000);

@@ -13,7 +13,7 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
 use parquet::schema::types::ColumnPath;
 
-use super::MODEL_KEY;
+use super::{ENVIRONMENT_KEY, MODEL_KEY};
 
 /// A row group is closed by the tree that brings it to this many rows: about 5 MB, small enough to
 /// hold in memory, large enough for columns to compress well.
@@ -97,6 +97,12 @@ impl<W: Write + Send> TableWriter<W> {
             self.close_group()?;
         }
         Ok(())
+    }
+
+    /// Notes what stood around a tree, as the text of an environment.
+    pub fn note_environment(&mut self, tree: u32, text: &str) {
+        let key = format!("{ENVIRONMENT_KEY}{tree}");
+        self.file.append_key_value_metadata(KeyValue::new(key, text.to_owned()));
     }
 
     /// Ends the table, which is unreadable before, and gives the output back.

@@ -166,7 +166,7 @@ impl<'a> Lab<'a> {
         build(
             &plan,
             &dir,
-            |name, seed, _priors| {
+            |name, seed, _priors, _| {
                 let species = self.species.iter().find(|species| species.name == name);
                 let parameters = species.unwrap_or(&self.species[0]).parameters(profile);
                 grow(name, parameters, seed).map(|grown| grown.tree)
