@@ -78,7 +78,8 @@ pub struct TrainOptions {
 #[serde(deny_unknown_fields, default)]
 pub struct NetworkOptions {
     /// Widths of the hidden layers; otherwise 160-160-160 for kind `paper`, and for kind `situated`
-    /// 128-128 (`existence`), 64-64 (`split`, `reach`, `size`) and 96-96 (`rotation1` …).
+    /// 128-128 (`existence`), 64-64 (`split`, `reach`, `size`) 96-96 (`rotation1`) and
+    /// 80-80 (`rotation2`, `rotation3`).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hidden: Option<Vec<usize>>,
     /// Epochs.
@@ -118,7 +119,7 @@ impl TrainOptions {
             kind,
             seed: 1,
             batch: 1024,
-            epochs: 24,
+            epochs: 18,
             steps_per_epoch: Some(5_000),
             learning_rate: 2e-3,
             final_learning_rate: 1e-5,

@@ -91,7 +91,8 @@ impl Network {
         match self {
             Self::Existence => &[128, 128],
             Self::Split | Self::Reach | Self::Size => &[64, 64],
-            Self::Rotation(_) => &[96, 96],
+            Self::Rotation(0) => &[96, 96],
+            Self::Rotation(_) => &[80, 80],
             // Four networks of 160-160-160 have the 913 kB of the paper.
             Self::Classifier | Self::Regressor(_) | Self::Joint => &[160, 160, 160],
         }
