@@ -2,8 +2,8 @@
 
 use std::cell::RefCell;
 
-use deeptree_graph::{Occupancy, Vec3, Voxel};
-use deeptree_scene::{Environment, Sky};
+use deeptree_graph::{Occupancy, Vec3};
+use deeptree_scene::{Environment, Guard, Sky};
 
 /// The light at a tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,8 +71,7 @@ const CELLS: usize = 64;
 pub struct Around<'a> {
     environment: &'a Environment,
     has_obstacles: bool,
-    /// The voxels within a voxel of an obstacle: no edge from elsewhere of up to 2 m enters one.
-    near: Occupancy,
+    guard: Guard<'a>,
     /// Share of the free sky and the direction to it by x and z; NaN where nobody asked yet.
     skies: RefCell<Vec<[f32; 3]>>,
 }
@@ -88,18 +87,9 @@ impl<'a> Around<'a> {
     #[must_use]
     pub fn new(environment: &'a Environment) -> Self {
         let has_obstacles = !environment.scene.is_empty();
-        let mut near = Occupancy::EMPTY;
-        for Voxel { x, y, z } in environment.scene.occupancy().iter() {
-            for i in 0..27 {
-                let [dx, dy, dz] = [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1];
-                let next = Voxel::at(i64::from(x) + dx, i64::from(y) + dy, i64::from(z) + dz);
-                if let Some(next) = next {
-                    near.set(next);
-                }
-            }
-        }
         let cells = if has_obstacles { CELLS * CELLS * CELLS } else { 0 };
-        Self { environment, has_obstacles, near, skies: RefCell::new(vec![[f32::NAN; 3]; cells]) }
+        let skies = RefCell::new(vec![[f32::NAN; 3]; cells]);
+        Self { environment, has_obstacles, guard: Guard::new(environment), skies }
     }
 
     fn sky(&self, position: Vec3) -> Sky {
@@ -116,20 +106,13 @@ impl<'a> Around<'a> {
             return Sky { free, toward };
         }
         let middle = Occupancy::LOW + CELL * (Vec3::from(cell.map(|c| c as f32)) + 0.5);
-        if self.near.at(middle) && scene.contains(middle) {
+        if self.guard.is_blocked(middle, middle) {
             return scene.sky(position);
         }
         let sky = scene.sky(middle);
         let [tx, _, tz] = sky.toward.unwrap_or_default().to_array();
         self.skies.borrow_mut()[index] = [sky.free, tx, tz];
         sky
-    }
-
-    /// Does the edge enter an obstacle?
-    fn is_blocked(&self, base: Vec3, tip: Vec3) -> bool {
-        let is_clear = Voxel::holding(base).is_some_and(|voxel| !self.near.holds(voxel))
-            && base.distance_squared(tip) <= Occupancy::VOXEL * Occupancy::VOXEL;
-        !is_clear && self.environment.scene.crosses(base, tip)
     }
 }
 
@@ -152,7 +135,7 @@ impl Surroundings for Around<'_> {
 
     fn admits(&self, base: Vec3, tip: Vec3) -> bool {
         self.environment.volume.as_ref().is_none_or(|volume| volume.admits(base))
-            && !(self.has_obstacles && self.is_blocked(base, tip))
+            && !self.guard.is_blocked(base, tip)
     }
 
     fn least_lighting_factor(&self) -> f32 {
@@ -202,20 +185,6 @@ mod tests {
         let fresh = Around::new(&environment);
         for (&point, &light) in points.iter().zip(&first).rev() {
             assert_eq!(fresh.light(point, None), light, "{point}");
-        }
-    }
-
-    #[test]
-    fn the_shortcut_past_far_obstacles_tells_the_truth() {
-        for seed in 0..20 {
-            let environment = Environment { scene: Scene::random(Seed(seed)), volume: None };
-            let around = Around::new(&environment);
-            for i in 0..3000 {
-                let x = |k: i32| (i * k % 701) as f32 * 0.06 - 21.0;
-                let base = Vec3::new(x(37), x(59) + 21.0, x(83));
-                let tip = base + Vec3::new(x(11), x(13), x(17)).normalize_or_zero() * 1.05;
-                assert_eq!(around.admits(base, tip), !environment.scene.crosses(base, tip));
-            }
         }
     }
 

@@ -23,7 +23,7 @@ pub enum SceneError {
     Box { number: usize, problem: BoxProblem },
     #[error("mesh {file}: {problem}")]
     Mesh { file: String, problem: MeshError },
-    #[error("an obstacle stands on the tree's foot; keep the first 1.1 m above the origin free")]
+    #[error("an obstacle stands on the tree's foot; keep the first 1.1 m above it free")]
     OverRoot,
     #[error("there is no form `{name}`; the forms are cone, cube, ring and a .obj or .glb file")]
     UnknownForm { name: String },

@@ -128,10 +128,10 @@ fn scene(path: &Path) -> Result<(Value, String)> {
     lines.insert(
         0,
         format!(
-            "scene of {} boxes and {} meshes: {} of {} voxels taken, {:.0} % of the sky free a \
-             metre over the foot",
-            boxes.len(),
-            meshes.len(),
+            "scene of {} and {}: {} of {} voxels taken, {:.0} % of the sky free a metre over the \
+             foot",
+            counted(boxes.len(), "box", "boxes"),
+            counted(meshes.len(), "mesh", "meshes"),
             grid.count(),
             Occupancy::SIDE.pow(3),
             100.0 * sky
@@ -147,6 +147,10 @@ fn scene(path: &Path) -> Result<(Value, String)> {
         "max": bounds.map(|[_, high]| high.to_array()),
     });
     Ok((figures, lines.join("\n")))
+}
+
+fn counted(n: usize, one: &str, more: &str) -> String {
+    format!("{n} {}", if n == 1 { one } else { more })
 }
 
 /// Where something is, in metres.
