@@ -116,6 +116,87 @@ fn priors_measure_what_the_model_has_seen_and_say_what_it_refuses() {
 }
 
 #[test]
+fn wishes_are_measured_on_what_has_grown_and_what_is_beyond_is_refused() {
+    let desk = Desk::new();
+    let (json, page) = run(&desk, "wishes", &[]);
+    let controls = json["species"][0]["controls"].as_array().unwrap();
+    assert_eq!(controls.len(), 4);
+    let number = |value: &Value| value.as_f64().unwrap();
+    for controlled in controls {
+        let (low, high) = (number(&controlled["range"][0]), number(&controlled["range"][1]));
+        let asked: Vec<f64> = controlled["settings"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|s| number(&s["asked"]))
+            .collect();
+        assert!(!asked.is_empty() && asked.iter().all(|asked| (low..=high).contains(asked)));
+        assert!(low > 0.0);
+        for outside in controlled["outside"].as_array().unwrap() {
+            let refusal = outside["refusal"].as_str().unwrap();
+            assert!(refusal.contains("maple of"), "{refusal}");
+            let forced = number(&outside["forced"]["asked"]);
+            assert!((low..=high).contains(&forced), "{forced} of {low} to {high}");
+        }
+    }
+    // The mean height is that of the trees that generate writes.
+    let setting = &controls[0]["settings"][1];
+    let asked = setting["asked"].as_f64().unwrap().to_string();
+    let words = ["generate", "maple", "--height", &asked, "--seed", "1000000", "--count", "2"];
+    desk.ok(&[&words[..], &["-o", "trees.csv"]].concat());
+    let table = String::from_utf8(desk.read("trees.csv")).unwrap();
+    let mut highest = [0.0f64; 2];
+    for line in table.lines().skip(1) {
+        let fields: Vec<&str> = line.split(',').collect();
+        let tree: usize = fields[0].parse().unwrap();
+        highest[tree] = highest[tree].max(fields[4].parse().unwrap());
+    }
+    let mean = (highest[0] + highest[1]) / 2.0;
+    assert!((number(&setting["came"]["mean"]) - mean).abs() < 1e-3, "{mean} {setting}");
+    assert!(page.contains("no two species of a blend are in this run"));
+    assert_eq!(page.matches("<svg").count(), 4);
+}
+
+#[test]
+fn blends_are_measured_beside_their_parents() {
+    let desk = Desk::new();
+    let words = ["evaluate", "--species", "oak,willow", "--quick", "--trees", "2", "-o", "report"];
+    desk.ok(&[&words[..], &["--chapters", "wishes"]].concat());
+    let json: Value = serde_json::from_slice(&desk.read("report/wishes.json")).unwrap();
+    let blends = json["blends"].as_array().unwrap();
+    let names: Vec<&str> = blends.iter().map(|blend| blend["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["oak:0.7,willow:0.3", "oak:0.5,willow:0.5", "oak:0.3,willow:0.7"]);
+    for blend in blends {
+        // Angles to child 2, by which oak and willow differ most.
+        let angle = |figures: &Value| figures[4]["mean"].as_f64().unwrap();
+        let [oak, own, willow] =
+            [&blend["of_parents"][0], &blend["own"], &blend["of_parents"][1]].map(angle);
+        assert!(willow < own && own < oak, "{oak} {own} {willow}");
+    }
+}
+
+#[test]
+fn the_open_loop_judges_every_node_of_the_teachers_trees() {
+    let desk = Desk::new();
+    let (json, page) = run(&desk, "open-loop", &[]);
+    let (own, paper) = (&json["species"][0]["model"], &json["species"][0]["paper"]);
+    desk.ok(&["grow", "maple", "--seed", "1000000", "--count", "2", "-o", "trees.csv"]);
+    let table = String::from_utf8(desk.read("trees.csv")).unwrap();
+    let nodes = (table.lines().count() - 1) as f64;
+    for said in [own, paper] {
+        assert_eq!(said["trees"], 2);
+        assert_eq!(said["children"]["count"].as_f64().unwrap(), nodes);
+        assert_eq!(said["existence"]["excess"]["count"].as_f64().unwrap(), 3.0 * nodes);
+        // Every node but the two roots is a child of one.
+        assert_eq!(said["children"]["sum"].as_f64().unwrap(), nodes - 2.0);
+    }
+    // A length for each edge but the roots', by the model's tables; kind paper has no such law.
+    let lengths = |said: &Value| said["laws"][9]["all"]["bias"]["count"].as_f64().unwrap();
+    assert_eq!((lengths(own), lengths(paper)), (nodes - 2.0, 0.0));
+    assert_eq!(page.matches("<svg").count(), 3);
+}
+
+#[test]
 fn runtimes_are_of_all_methods_and_the_script_has_the_same_networks() {
     let desk = Desk::new();
     let (json, page) = run(&desk, "runtime", &[]);

@@ -335,7 +335,7 @@ mod tests {
     fn wishes_that_no_age_has_at_once_are_told_and_moved_home() {
         let roots = roots();
         // Each is seen at some age: few branches at 10, the greatest heights at 40.
-        let wishes = Wishes { height: Some(34.0), branches: Some(150.0), ..Wishes::default() };
+        let wishes = Wishes { height: Some(34.0), branches: Some(200.0), ..Wishes::default() };
         let request = Request { wishes, ..of_height(0.0) };
         let error = aim(&roots, TIP, &request).unwrap_err();
         assert!(matches!(error, GenerateError::NotTogether { .. }), "{error}");

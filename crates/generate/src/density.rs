@@ -101,7 +101,8 @@ pub(crate) struct Law {
     spread: f64,
     /// L
     triangle: [State; STATES],
-    /// Lowest and highest of the neighbours' states.
+    /// Lowest and highest of the neighbours' states that are such both where they were seen and at
+    /// the place: a line can lead to what no tree ever was.
     seen: (State, State),
     /// What states are kept within: a margin more.
     bounds: (State, State),
@@ -144,12 +145,16 @@ impl Law {
         let margin = |i: usize| MARGIN * libm::sqrt(covariance[i][i]);
         let mut low: State = std::array::from_fn(|i| seen.0[i] - margin(i));
         let mut high: State = std::array::from_fn(|i| seen.1[i] + margin(i));
-        // No line or margin leads to lengths of nothing or less.
-        for i in LENGTHS {
-            let least = near.iter().map(|near| state(&roots[near.root], tip_radius)[i]);
-            let least = 0.5 * least.fold(f64::INFINITY, f64::min);
-            for end in [&mut low[i], &mut high[i], &mut seen.0[i], &mut seen.1[i]] {
-                *end = end.max(least);
+        for i in 0..STATES {
+            let own = near.iter().map(|near| state(&roots[near.root], tip_radius)[i]);
+            let (least, most) = own
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), own| (a.min(own), b.max(own)));
+            seen.0[i] = seen.0[i].clamp(least, most);
+            seen.1[i] = seen.1[i].clamp(least, most);
+            // No line or margin leads to lengths of nothing or less.
+            if LENGTHS.contains(&i) {
+                low[i] = low[i].max(0.5 * least);
+                high[i] = high[i].max(low[i]);
             }
         }
         Self {
@@ -448,9 +453,11 @@ pub(crate) mod tests {
         };
         let roots: Vec<Root> = (0..90).map(|i| crown(20.0 + (i % 3) as f32)).collect();
         let law = Law::at(&roots, TIP, Place { age: 16.0, gravitropism: 0.2 });
-        for (low, high) in [law.seen(CROWN_RADIUS), law.bounds(CROWN_RADIUS)] {
-            assert!((low - 0.1).abs() < 1e-6 && high >= low, "{low} {high}");
-        }
+        // Half of the least that was seen is drawn at least, and what was seen is told.
+        let (low, high) = law.bounds(CROWN_RADIUS);
+        assert!((low - 0.1).abs() < 1e-6 && high >= low, "{low} {high}");
+        let (low, high) = law.seen(CROWN_RADIUS);
+        assert!((low - 0.2).abs() < 1e-6 && high >= low, "{low} {high}");
     }
 
     #[test]

@@ -16,6 +16,7 @@ use serde_json::json;
 use super::estimate::{Estimate, bytes};
 use super::study::Study;
 use super::trees;
+use crate::args::ModelChoice;
 use crate::output::hex;
 
 /// Trees of each species whose files are weighed.
@@ -63,6 +64,14 @@ pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
         .map(|species| measure(study, model, &species.name))
         .collect::<Result<_>>()?;
     say(&mut chapter, &rows, networks);
+    if study.paper.is_some() {
+        let paper = ModelChoice { model: "paper".into(), simd: None }.bytes()?.len();
+        chapter.text(format!(
+            "The networks of the kind paper that ship take {}; its trees are not weighed, as they are \
+             as large as the node budget where they do not end (chapter table, Termination).",
+            bytes(paper as f64)
+        ));
+    }
     save(study, &rows, networks)?;
     Ok(chapter)
 }

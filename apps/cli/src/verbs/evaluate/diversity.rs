@@ -11,6 +11,7 @@ use deeptree_infer::Model;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use super::measure::Set;
 use super::study::Study;
 use super::trees;
 
@@ -28,6 +29,17 @@ struct Diversity {
     trees: u32,
     p: Spread,
     dt: Option<Spread>,
+    /// Of the shipped model of kind `paper`, where it is not the one that is judged.
+    paper: Option<Paper>,
+}
+
+/// How far apart trees of kind `paper` are.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct Paper {
+    trees: u32,
+    /// Those that their budget cut short.
+    cut: u32,
+    spread: Spread,
 }
 
 pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
@@ -66,7 +78,18 @@ fn measure(study: &Study<'_>, species: &Species) -> Result<Diversity> {
             })?;
             dt = Some(yardstick.spread(&rows));
         }
-        Ok(Diversity { species: name.clone(), trees: count, p, dt })
+        let mut paper = None;
+        if let Some(model) = &study.paper {
+            let count = Set::Paper.trees(study).min(count).max(2);
+            let rows = trees::many(study, &format!("{name} paper"), first, count, |work, seed| {
+                let grown = trees::generated(model, name, seed, work)?;
+                Ok((tree_features(&grown.tree), grown.hit_budget))
+            })?;
+            let cut = rows.iter().filter(|row| row.1).count() as u32;
+            let rows: Vec<_> = rows.into_iter().map(|row| row.0).collect();
+            paper = Some(Paper { trees: count, cut, spread: yardstick.spread(&rows) });
+        }
+        Ok(Diversity { species: name.clone(), trees: count, p, dt, paper })
     })
 }
 
@@ -101,27 +124,43 @@ fn say(chapter: &mut Chapter, rows: &[Diversity]) {
             by = Cell::new(format!("{ratio:.3} ± {error:.3}"), tone);
         }
         let p = Cell::new(spread(row.p), Tone::Quiet);
-        vec![row.species.as_str().into(), row.trees.to_string().into(), p, dt, by]
+        let paper = row.paper.map_or("–".to_owned(), |paper| spread(paper.spread));
+        let paper = Cell::new(paper, Tone::Quiet);
+        vec![row.species.as_str().into(), row.trees.to_string().into(), p, dt, by, paper]
     };
     chapter.table(
         format!(
             "Mean distance between two trees of a set: {} features of each tree in standard \
              deviations of grown trees that are in neither set, root mean square over √2, so that \
              1 is what the growth model has by itself; ± is a standard error. Coloured: the ratio \
-             is within two standard errors of 1, or not.",
+             is within two standard errors of 1, or not.{}",
             tree_features::names().len(),
+            kind_paper(rows),
         ),
-        &["species", "trees", "growth model", "networks", "ratio"],
+        &["species", "trees", "growth model", "networks", "ratio", "kind paper"],
         rows.iter().map(cells).collect(),
     );
+}
+
+/// What the caption says of kind `paper`.
+fn kind_paper(rows: &[Diversity]) -> String {
+    let all: Vec<Paper> = rows.iter().filter_map(|row| row.paper).collect();
+    let sum = |of: fn(&Paper) -> u32| all.iter().map(of).sum::<u32>();
+    if all.is_empty() {
+        return String::new();
+    }
+    let (cut, trees) = (sum(|paper| paper.cut), sum(|paper| paper.trees));
+    format!(" Of the kind paper {cut} of {trees} trees were cut short by their node budget.")
 }
 
 fn save(study: &Study<'_>, rows: &[Diversity]) -> Result<()> {
     let mut csv = String::from("species,set,trees,mean_distance,standard_error\n");
     for row in rows {
-        for (set, spread) in [("P", Some(row.p)), ("DT", row.dt)] {
-            let Some(Spread { mean, error }) = spread else { continue };
-            csv += &format!("{},{set},{},{mean},{error}\n", row.species, row.trees);
+        let of = |spread: Option<Spread>| spread.map(|spread| (row.trees, spread));
+        let paper = row.paper.map(|paper| (paper.trees, paper.spread));
+        for (set, found) in [("P", of(Some(row.p))), ("DT", of(row.dt)), ("paper", paper)] {
+            let Some((trees, Spread { mean, error })) = found else { continue };
+            csv += &format!("{},{set},{trees},{mean},{error}\n", row.species);
         }
     }
     study.save("diversity.csv", csv.as_bytes())?;

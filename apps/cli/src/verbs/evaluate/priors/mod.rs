@@ -1,5 +1,6 @@
 //! Chapter 7: what age and gravitropism do to the growth model's trees and to those of the networks.
 
+mod gaps;
 mod show;
 
 use anyhow::{Context, Result};
@@ -8,20 +9,17 @@ use deeptree_eval::report::Chapter;
 use deeptree_generate::{GenerateError, Limits, Request, generate, germ};
 use deeptree_graph::{BranchGraph, Seed};
 use deeptree_growth::{GrowError, Parameters, Species, grow};
-use deeptree_infer::{Model, Predictor, Workspace};
+use deeptree_infer::{Model, Workspace};
 use serde::{Deserialize, Serialize};
 
 use super::estimate::Estimate;
-use super::study::Study;
+use super::study::{Study, short};
 use super::trees;
+use gaps::Seen;
 
 /// Trees of each species, setting and set.
 const FULL: u32 = 40;
 const QUICK: u32 = 3;
-
-/// How far a setting may be from the nearest training tree and still count as trained on: growth
-/// cycles, and gravitropism.
-const NEAR: [f32; 2] = [1.5, 0.03];
 
 /// What is varied; the other one stays as the species has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -49,7 +47,7 @@ enum Learner {
     NotSeen { what: String, low: f32, high: f32 },
     Grown {
         trees: Measured,
-        /// Some training tree was near the setting.
+        /// Some training tree was of the setting.
         trained: bool,
     },
 }
@@ -73,7 +71,7 @@ pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
             settings.extend(measure(study, axis, species)?);
         }
     }
-    show::text(&mut chapter, &settings);
+    show::text(&mut chapter, &settings, study.model.as_ref().map(Seen::of).as_ref());
     for axis in Axis::BOTH {
         let own: Vec<&Setting> = settings.iter().filter(|s| s.axis == axis).collect();
         chapter.heading(axis.title());
@@ -116,8 +114,35 @@ impl Axis {
         }
     }
 
-    /// The range of the paper's figure, in steps of its own: 10 to 40 cycles, −0.4 to 0.4.
+    /// The values that are measured: those of the figure, and the middle of what training has left
+    /// out between them; of a quick run one such.
     fn values(self, study: &Study<'_>) -> Vec<f32> {
+        let mut values = self.figure(study);
+        let (first, last) = (values[0], values[values.len() - 1]);
+        let seen = study.model.as_ref().map(Seen::of);
+        let gaps = seen.map_or_else(Vec::new, |seen| match self {
+            Self::Age => seen.age_gaps(),
+            Self::Gravitropism => seen.gravitropism_gaps(),
+        });
+        let mut middles: Vec<f32> = gaps
+            .into_iter()
+            .filter(|(low, high)| !values.iter().any(|value| (low..=high).contains(&value)))
+            .map(|(low, high)| match self {
+                Self::Age => (0.5 * (low + high)).floor(),
+                Self::Gravitropism => (50.0 * (low + high)).round() / 100.0,
+            })
+            .filter(|middle| (first..=last).contains(middle))
+            .collect();
+        if study.verb.quick && middles.len() > 1 {
+            middles = vec![middles[middles.len() / 2]];
+        }
+        values.extend(middles);
+        values.sort_by(f32::total_cmp);
+        values
+    }
+
+    /// The range of the paper's figure, in steps of its own: 10 to 40 cycles, −0.4 to 0.4.
+    fn figure(self, study: &Study<'_>) -> Vec<f32> {
         let steps: &[i8] = match (self, study.verb.quick) {
             (Self::Age, false) => &[10, 15, 20, 25, 30, 35, 40],
             (Self::Age, true) => &[10, 25, 35],
@@ -132,7 +157,9 @@ impl Axis {
     fn write(self, value: f32) -> String {
         match self {
             Self::Age => format!("{value:.0}"),
-            Self::Gravitropism => format!("{value:+.1}"),
+            Self::Gravitropism => {
+                format!("{}{}", if value < 0.0 { "" } else { "+" }, short(value.into(), 2))
+            }
         }
     }
 }
@@ -235,7 +262,7 @@ fn generated(
         let (tree, cut) = learner_tree(model, species, parameters, seed, work)?;
         Ok((Some(numbers(&tree)), cut))
     })?;
-    let trained = is_trained_on(model, &species.name, parameters);
+    let trained = Seen::of(model).has(&species.name, parameters.age, parameters.gravitropism);
     Ok(Learner::Grown { trees: Measured::of(&trees), trained })
 }
 
@@ -249,19 +276,6 @@ fn learner_tree(
     let request = request(species, parameters, seed);
     let grown = generate(model, &request, Limits::default(), work)?;
     Ok((grown.tree, grown.hit_budget))
-}
-
-/// Was there a training tree of nearly this age, and one of nearly this gravitropism?
-fn is_trained_on(model: &Model, species: &str, parameters: &Parameters) -> bool {
-    let Some(number) = model.species().iter().position(|name| name == species) else {
-        return false;
-    };
-    let roots = model.roots(number);
-    let nearest = |distances: &mut dyn Iterator<Item = f32>| distances.fold(f32::MAX, f32::min);
-    let age = nearest(&mut roots.iter().map(|root| (root.age - parameters.age).abs()));
-    let gravitropism =
-        nearest(&mut roots.iter().map(|root| (root.gravitropism - parameters.gravitropism).abs()));
-    age <= NEAR[0] && gravitropism <= NEAR[1]
 }
 
 fn numbers(tree: &BranchGraph) -> [f64; 4] {

@@ -12,6 +12,7 @@ use deeptree_graph::BranchGraph;
 use deeptree_growth::Species;
 use serde_json::json;
 
+use super::gaps::Seen;
 use super::{Axis, Learner, Measured, Setting, learner_tree, parameters, request, teacher_tree};
 use crate::verbs::evaluate::estimate::Difference;
 use crate::verbs::evaluate::study::Study;
@@ -59,13 +60,13 @@ impl Setting {
 }
 
 /// What came out, in sentences made from the numbers.
-pub(super) fn text(chapter: &mut Chapter, settings: &[Setting]) {
+pub(super) fn text(chapter: &mut Chapter, settings: &[Setting], seen: Option<&Seen>) {
     let (trained, unseen): (Vec<&Setting>, Vec<&Setting>) = settings
         .iter()
         .filter(|setting| setting.learner().is_some())
         .partition(|setting| setting.learner().is_some_and(|(_, trained)| trained));
     let groups = [
-        (&trained, "with training trees near by"),
+        (&trained, "that training trees had"),
         (&unseen, "that the training never saw (rings in the charts, ° in the tables)"),
     ];
     for (group, what) in groups {
@@ -79,6 +80,9 @@ pub(super) fn text(chapter: &mut Chapter, settings: &[Setting]) {
             group.len(),
             shares.join("; ")
         ));
+    }
+    if let Some(seen) = seen {
+        held_out(chapter, seen);
     }
     refused(chapter, settings);
     let cut = |of: fn(&Setting) -> u32| settings.iter().map(of).sum::<u32>();
@@ -98,6 +102,27 @@ pub(super) fn text(chapter: &mut Chapter, settings: &[Setting]) {
          errors.",
         settings.first().map_or(0, |setting| setting.p.numbers[0].count + setting.p.nothing),
         100.0 * GOAL,
+    ));
+}
+
+/// Says what the training has left out.
+fn held_out(chapter: &mut Chapter, seen: &Seen) {
+    let list = |gaps: Vec<(f32, f32)>, axis: Axis| -> String {
+        let write = |&(low, high): &(f32, f32)| match axis {
+            Axis::Age if low < high => format!("{} to {}", axis.write(low), axis.write(high)),
+            Axis::Age => axis.write(low),
+            Axis::Gravitropism => format!("{low:+.2} to {high:+.2}"),
+        };
+        gaps.iter().map(write).collect::<Vec<_>>().join(", ")
+    };
+    let ages = list(seen.age_gaps(), Axis::Age);
+    let gravitropisms = list(seen.gravitropism_gaps(), Axis::Gravitropism);
+    let or_none = |list: String| if list.is_empty() { "nothing".to_owned() } else { list };
+    chapter.text(format!(
+        "Left out of training, as the roots in the model's file tell: of the ages {}; of \
+         gravitropism {}.",
+        or_none(ages),
+        or_none(gravitropisms)
     ));
 }
 
@@ -212,7 +237,7 @@ pub(super) fn pictures(
     axis: Axis,
     species: &Species,
 ) -> Result<()> {
-    let values = axis.values(study);
+    let values = axis.figure(study);
     let mut work = study.verb.model.workspace()?;
     let (mut teacher, mut learner): (Vec<Option<BranchGraph>>, _) = (Vec::new(), Vec::new());
     for &value in &values {

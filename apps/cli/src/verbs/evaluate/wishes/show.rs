@@ -160,10 +160,10 @@ fn shares(one: &SpeciesControls) -> Vec<Cell> {
     cells
 }
 
-fn of_control<'a>(
-    all: &'a [SpeciesControls],
+fn of_control(
+    all: &[SpeciesControls],
     control: Control,
-) -> impl Iterator<Item = (&'a str, &'a Controlled)> {
+) -> impl Iterator<Item = (&str, &Controlled)> {
     all.iter().flat_map(move |one| {
         let own = one.controls.iter().filter(move |own| own.control == control);
         own.map(|own| (one.species.as_str(), own))
