@@ -33,7 +33,7 @@ impl Joint {
         branchlets: &mut [Branchlet],
     ) -> Result<(), Overflow> {
         encode(species, frontier, work);
-        let outputs = self.network.forward(work.path, &work.nodes, &mut work.scratch);
+        let outputs = work.run_nodes(&self.network);
         for (row, (active, outputs)) in
             frontier.iter().zip(outputs.chunks_exact(JOINT_LEN)).enumerate()
         {

@@ -78,7 +78,7 @@ impl Paper {
         frontier: &[Active<'_>],
         work: &mut Workspace,
     ) -> Result<Vec<[bool; MAX_CHILDREN]>, Overflow> {
-        let logits = self.classifier.forward(work.path, &work.nodes, &mut work.scratch);
+        let logits = work.run_nodes(&self.classifier);
         frontier
             .iter()
             .zip(logits.chunks_exact(MAX_CHILDREN))
@@ -88,13 +88,11 @@ impl Paper {
     }
 }
 
-/// Encodes the nodes of the frontier, a row each.
+/// Encodes the nodes of the frontier.
 pub(super) fn encode(species: usize, frontier: &[Active<'_>], work: &mut Workspace) {
-    let features = paper::len(species);
-    work.nodes.resize(frontier.len() * features, 0.0);
-    for (active, row) in frontier.iter().zip(work.nodes.chunks_exact_mut(features)) {
+    work.encode(frontier, paper::len(species), |_, active, row| {
         paper::encode(active.node, &active.tree, species, row);
-    }
+    });
 }
 
 /// Which children a node has, from the logits of the three; none when they overflowed.

@@ -153,12 +153,11 @@ impl Situated {
         branchlets: &mut [Branchlet],
     ) -> Result<(), Overflow> {
         let features = situated::len(species);
-        work.nodes.resize(frontier.len() * features, 0.0);
         let plans: Vec<Plan> = frontier.iter().map(Plan::of).collect();
-        let rows = frontier.iter().zip(&plans).zip(work.nodes.chunks_exact_mut(features));
-        for ((active, plan), row) in rows {
-            situated::encode(active.node, &active.tree, plan.reach, &active.sense, species, row);
-        }
+        work.encode(frontier, features, |i, active, row| {
+            let Active { node, tree, sense, .. } = active;
+            situated::encode(node, tree, plans[i].reach, sense, species, row);
+        });
         let mut drafts = self.draw_branchings(frontier, &plans, work)?;
         self.draw_splits(features, frontier, work, &mut drafts)?;
         for slot in 0..MAX_CHILDREN {
@@ -177,7 +176,7 @@ impl Situated {
         plans: &[Plan],
         work: &mut Workspace,
     ) -> Result<Vec<Draft>, Overflow> {
-        let logits = self.existence.forward(work.path, &work.nodes, &mut work.scratch);
+        let logits = work.run_nodes(&self.existence);
         let mut drafts = Vec::with_capacity(frontier.len());
         for (row, (active, logits)) in frontier.iter().zip(logits.chunks_exact(CLASSES)).enumerate()
         {
