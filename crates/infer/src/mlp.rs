@@ -1,6 +1,8 @@
 //! Multilayer perceptrons over batches of rows.
 
-use crate::kernels::{self, Activation, Job, LANES, Lanes, Packed, SimdPath};
+use core::ops::Range;
+
+use crate::kernels::{self, Activation, Full, Job, LANES, Lanes, Packed, Rows, SimdPath};
 
 /// Rows that go through all layers together: few enough that their activations and a panel of
 /// weights share the first-level cache, enough that weights are seldom read from the second.
@@ -31,7 +33,7 @@ pub enum MlpError {
     NotFinite { part: &'static str, index: usize, value: f32 },
 }
 
-/// A dense layer: `y[o] = bias[o] + Σᵢ x[i] · weight[i][o]`.
+/// A dense layer: `y[o] = bias[o] + Σᵢ x[i] · weight[i][o]`, over the inputs that are not zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dense {
     outputs: usize,
@@ -114,8 +116,12 @@ pub struct Mlp {
 /// batch, no call allocates.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
-    from: Vec<f32>,
-    to: Vec<f32>,
+    /// What was given with its zeros.
+    inputs: Rows,
+    /// What the layer at work gives.
+    values: Vec<f32>,
+    /// What of it the next layer reads.
+    active: Rows,
     outputs: Vec<f32>,
 }
 
@@ -187,52 +193,81 @@ impl Mlp {
         inputs: &[f32],
         scratch: &'s mut Scratch,
     ) -> &'s [f32] {
-        let (width, outputs) = (self.inputs(), self.outputs());
+        let width = self.inputs();
         assert!(
             inputs.len().is_multiple_of(width),
             "{} inputs are no whole number of rows of {width}",
             inputs.len()
         );
-        scratch.reserve(self, inputs.len() / width);
+        let mut rows = core::mem::take(&mut scratch.inputs);
+        rows.clear();
+        kernels::thin(path, Full { values: inputs, width, first: 0 }, &mut rows);
+        let done = self.run(path, &rows, scratch);
+        scratch.inputs = rows;
+        &scratch.outputs[..done]
+    }
+
+    /// [`Mlp::forward`] of rows without their zeros.
+    pub(crate) fn forward_rows<'s>(
+        &self,
+        path: SimdPath,
+        inputs: &Rows,
+        scratch: &'s mut Scratch,
+    ) -> &'s [f32] {
+        let done = self.run(path, inputs, scratch);
+        &scratch.outputs[..done]
+    }
+
+    /// Leaves the outputs at the front of `scratch.outputs`, and gives how many they are.
+    fn run(&self, path: SimdPath, inputs: &Rows, scratch: &mut Scratch) -> usize {
+        scratch.reserve(self, inputs.count());
+        let outputs = self.outputs();
         let mut done = 0;
-        for block in inputs.chunks(BLOCK * width) {
-            let rows = block.len() / width;
-            let stride = self.forward_block(path, block, rows, scratch);
-            for row in scratch.to.chunks_exact(stride).take(rows) {
+        for block in inputs.blocks(BLOCK) {
+            let rows = block.len();
+            let stride = self.run_block(path, inputs, block, scratch);
+            for row in scratch.values.chunks_exact(stride).take(rows) {
                 scratch.outputs[done..][..outputs].copy_from_slice(&row[..outputs]);
                 done += outputs;
             }
         }
-        &scratch.outputs[..done]
+        done
     }
 
-    /// Leaves the outputs of at most [`BLOCK`] rows in `scratch.to`, and gives their stride.
-    fn forward_block(
+    /// Leaves the outputs of at most [`BLOCK`] rows in `scratch.values`, and gives their stride.
+    fn run_block(
         &self,
         path: SimdPath,
-        inputs: &[f32],
-        rows: usize,
+        inputs: &Rows,
+        rows: Range<usize>,
         scratch: &mut Scratch,
     ) -> usize {
-        let mut input_stride = self.inputs();
+        let count = rows.len();
+        let mut stride = 0;
         for (index, dense) in self.layers.iter().enumerate() {
-            let last = index + 1 == self.layers.len();
-            core::mem::swap(&mut scratch.from, &mut scratch.to);
             let layer = &dense.packed;
+            let last = index + 1 == self.layers.len();
+            let (inputs, rows) =
+                if index == 0 { (inputs, rows.clone()) } else { (&scratch.active, 0..count) };
             kernels::run(
                 path,
                 Job {
                     layer,
                     activation: if last { Activation::Linear } else { Activation::Relu },
+                    inputs,
                     rows,
-                    inputs: if index == 0 { inputs } else { &scratch.from },
-                    input_stride,
-                    outputs: &mut scratch.to,
+                    outputs: &mut scratch.values,
                 },
             );
-            input_stride = layer.output_stride();
+            stride = layer.output_stride();
+            if !last {
+                // What pads the last panel is zero.
+                let values = &scratch.values[..count * stride];
+                scratch.active.clear();
+                kernels::thin(path, Full { values, width: stride, first: 0 }, &mut scratch.active);
+            }
         }
-        input_stride
+        stride
     }
 }
 
@@ -246,11 +281,8 @@ impl Scratch {
     fn reserve(&mut self, mlp: &Mlp, rows: usize) {
         let widest = mlp.layers.iter().map(|dense| dense.packed.output_stride()).max();
         let block = rows.min(BLOCK) * widest.unwrap_or(0);
-        for (buffer, len) in [
-            (&mut self.from, block),
-            (&mut self.to, block),
-            (&mut self.outputs, rows * mlp.outputs()),
-        ] {
+        for (buffer, len) in [(&mut self.values, block), (&mut self.outputs, rows * mlp.outputs())]
+        {
             if buffer.len() < len {
                 buffer.resize(len, 0.0);
             }

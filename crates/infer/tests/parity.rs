@@ -51,6 +51,53 @@ proptest! {
     }
 }
 
+/// A layer by its formula, zeros and all, in index order.
+fn full_sum((inputs, outputs, weight, bias): &common::Numbers, x: &[f32]) -> Vec<f32> {
+    let mut y = bias.clone();
+    for i in 0..*inputs {
+        for o in 0..*outputs {
+            y[o] += x[i] * weight[i * outputs + o];
+        }
+    }
+    y
+}
+
+#[test]
+fn leaving_zeros_out_changes_no_sum() {
+    let mut scratch = Scratch::new();
+    for (case, kept) in [0, 1, 2, 8, 60, 199, 200].into_iter().enumerate() {
+        let mut draws = draws(case as u64);
+        let layers = layers(&mut draws, &[200, 97, 50, 7]);
+        let mut inputs = values(&mut draws, 40 * 200, 1.0);
+        for row in inputs.chunks_exact_mut(200) {
+            // The order of 200 draws is a random one; the first of it are kept.
+            let keys = values(&mut draws, 200, 1.0);
+            let mut order: Vec<usize> = (0..200).collect();
+            order.sort_by(|&a, &b| keys[a].total_cmp(&keys[b]));
+            order[kept..].iter().for_each(|&i| row[i] = if i % 2 == 0 { 0.0 } else { -0.0 });
+        }
+        for depth in 1..=3 {
+            let rows = inputs.chunks_exact(200).flat_map(|row| {
+                let mut x = row.to_vec();
+                for (i, layer) in layers[..depth].iter().enumerate() {
+                    if i > 0 {
+                        x.iter_mut().for_each(|v| *v = if *v > 0.0 { *v } else { 0.0 });
+                    }
+                    x = full_sum(layer, &x);
+                }
+                x
+            });
+            let expected: Vec<f32> = rows.collect();
+            let mlp = mlp(&layers[..depth]);
+            for path in SimdPath::available() {
+                // As numbers: the sign of a zero may differ.
+                let got = mlp.forward(path, &inputs, &mut scratch);
+                assert!(got == expected, "{path}, {kept} of 200 inputs, {depth} layers");
+            }
+        }
+    }
+}
+
 #[test]
 fn every_count_of_rows_and_of_outputs_near_a_block_edge_gives_the_scalar_bits() {
     let mut scratch = Scratch::new();

@@ -2,7 +2,7 @@
 
 use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
-use super::{Job, SimdPath, scalar, tile};
+use super::{Full, Job, Rows, SimdPath, scalar, strip};
 
 /// Does this processor have the path?
 pub(super) fn is_available(path: SimdPath) -> bool {
@@ -16,7 +16,18 @@ pub(crate) fn run(path: SimdPath, job: Job<'_>) {
         scalar::run(job);
     } else {
         let level = level(path).unwrap_or(Level::baseline());
-        dispatch!(level, simd => run_tiles(simd, job));
+        dispatch!(level, simd => run_strips(simd, job));
+    }
+}
+
+/// Appends rows without their zeros.
+pub(crate) fn thin(path: SimdPath, full: Full<'_>, rows: &mut Rows) {
+    // Without a shuffle by table, lane by lane is the fastest way to close gaps.
+    if matches!(path, SimdPath::Scalar | SimdPath::Sse2) {
+        scalar::thin(full, rows);
+    } else {
+        let level = level(path).unwrap_or(Level::baseline());
+        dispatch!(level, simd => strip::thin(simd, full, rows));
     }
 }
 
@@ -37,18 +48,18 @@ fn level(path: SimdPath) -> Option<Level> {
     }
 }
 
-/// Chooses the rows and panels of a tile: as many sums as the registers hold, with a few left for
-/// weights and products.
+/// Chooses the width of a strip: as many sums as the registers hold, with a few left for an input
+/// and its products.
 #[inline(always)]
-fn run_tiles<S: Simd>(simd: S, job: Job<'_>) {
+fn run_strips<S: Simd>(simd: S, job: Job<'_>) {
     match <S::f32s as SimdBase<S>>::LEN {
-        // AVX-512: 32 registers, 16 of them sums.
-        16 => tile::run::<S, 8, 2, 4>(simd, job),
+        // AVX-512: 32 registers, 8 of them sums.
+        16 => strip::run::<S, 8>(simd, job),
         // AVX2: 16 registers, 8 of them sums.
-        8 => tile::run::<S, 4, 1, 2>(simd, job),
+        8 => strip::run::<S, 4>(simd, job),
         // NEON: 32 registers, 16 of them sums.
-        _ if cfg!(target_arch = "aarch64") => tile::run::<S, 4, 1, 4>(simd, job),
+        _ if cfg!(target_arch = "aarch64") => strip::run::<S, 4>(simd, job),
         // SSE2 and wasm: 16 registers, 8 of them sums.
-        _ => tile::run::<S, 2, 1, 2>(simd, job),
+        _ => strip::run::<S, 2>(simd, job),
     }
 }

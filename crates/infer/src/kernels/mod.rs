@@ -1,20 +1,29 @@
 //! The forward pass of a dense layer, with the same bits on every path.
 //!
-//! `y[r][o] = act(bias[o] + x[r][0]·w[0][o] + x[r][1]·w[1][o] + …)`
+//! `y[r][o] = act(bias[o] + Σ x[r][i]·w[i][o])`, over the inputs that are not zero.
 //!
 //! The sum starts at the bias, takes the inputs in index order and rounds after every multiply and
-//! after every add. Paths differ only in how many outputs and rows they hold in registers at once;
-//! rows and outputs never meet in a sum, so neither the width nor the batch can change a bit.
-//! Fused multiply-add is out: WebAssembly has none. The vectors are those of `fearless_simd`, so
-//! there is no unsafe code here.
+//! after every add. Paths differ only in how many outputs they hold in registers at once; rows and
+//! outputs never meet in a sum, so neither the width nor the batch can change a bit. Fused
+//! multiply-add is out: WebAssembly has none. The vectors are those of `fearless_simd`, so there is
+//! no unsafe code here.
+//!
+//! Most inputs are zero ([`Rows`]), so those that are not are listed first, and the sums run over
+//! the list. This gives the full sum: weights are finite, so the product with a zero is a zero, and
+//! a sum to which a zero is added stays what it is. Only a sum that is itself zero can get another
+//! sign, which the rectifier, and any sum that goes on, takes away again.
 
 mod dispatch;
 mod path;
+mod rows;
 mod scalar;
-mod tile;
+mod strip;
 
-pub(crate) use dispatch::run;
+use core::ops::Range;
+
+pub(crate) use dispatch::{run, thin};
 pub use path::{SimdPath, UnknownPath};
+pub(crate) use rows::Rows;
 
 /// Outputs a panel holds: the lanes of the widest vector register there is.
 pub(crate) const LANES: usize = 16;
@@ -63,12 +72,21 @@ pub(crate) struct Job<'a> {
     pub(crate) layer: &'a Packed,
     /// What it does with its sums.
     pub(crate) activation: Activation,
-    /// How many rows.
-    pub(crate) rows: usize,
-    /// `[rows][input_stride]`, of which the first `layer.inputs` of each row are read.
-    pub(crate) inputs: &'a [f32],
-    /// Floats from one row of inputs to the next.
-    pub(crate) input_stride: usize,
+    /// What it reads: rows of `layer.inputs` numbers.
+    pub(crate) inputs: &'a Rows,
+    /// Which of these rows.
+    pub(crate) rows: Range<usize>,
     /// `[rows][layer.output_stride()]`.
     pub(crate) outputs: &'a mut [f32],
+}
+
+/// Rows with their zeros.
+#[derive(Clone, Copy)]
+pub(crate) struct Full<'a> {
+    /// `[rows][width]`.
+    pub(crate) values: &'a [f32],
+    /// Floats of a row.
+    pub(crate) width: usize,
+    /// Which number of its row the first of these is.
+    pub(crate) first: u32,
 }

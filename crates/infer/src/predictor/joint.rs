@@ -31,8 +31,8 @@ impl Joint {
         known: &[Known<'_>],
         work: &mut Workspace,
     ) -> Result<Vec<Foretold>, Overflow> {
-        encode(species, known.iter().map(|known| &known.active), work);
-        let outputs = self.network.forward(work.path, &work.nodes, &mut work.scratch);
+        encode(species, known, |known| &known.active, work);
+        let outputs = work.run_nodes(&self.network);
         foretell_children(outputs.chunks_exact(JOINT_LEN).map(|row| &row[..MAX_CHILDREN]))
     }
 
@@ -43,8 +43,8 @@ impl Joint {
         work: &mut Workspace,
         branchlets: &mut [Branchlet],
     ) -> Result<(), Overflow> {
-        encode(species, frontier.iter(), work);
-        let outputs = self.network.forward(work.path, &work.nodes, &mut work.scratch);
+        encode(species, frontier, |active| active, work);
+        let outputs = work.run_nodes(&self.network);
         for (row, (active, outputs)) in
             frontier.iter().zip(outputs.chunks_exact(JOINT_LEN)).enumerate()
         {

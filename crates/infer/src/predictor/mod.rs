@@ -13,7 +13,7 @@ use deeptree_graph::{
     ChildSignature, Lineage, MAX_CHILDREN, Node, Plan, Room, Seed, Sense, signature::TreeConditions,
 };
 
-use crate::kernels::SimdPath;
+use crate::kernels::{self, Full, Rows, SimdPath};
 use crate::mlp::{Mlp, Scratch};
 use crate::weights::{ModelKind, ReadWeightsError, Weights};
 pub use foretold::{Chance, Foretold, Known, KnownChild, KnownTree, Rank};
@@ -64,17 +64,72 @@ pub struct Branchlet {
 pub struct Workspace {
     path: SimdPath,
     scratch: Scratch,
-    /// Features of the frontier's nodes, a row each.
-    nodes: Vec<f32>,
+    /// Features of the frontier's nodes.
+    nodes: Features,
+    /// What the network at work is told besides.
+    contexts: Features,
     /// Inputs of the network at work.
-    inputs: Vec<f32>,
+    inputs: Rows,
+}
+
+/// Rows of features, with their zeros and without.
+#[derive(Clone, Debug, Default)]
+struct Features {
+    full: Vec<f32>,
+    rows: Rows,
+}
+
+impl Features {
+    /// Writes a row of so many features for each item; `first` is where they stand in the inputs.
+    fn write<'a, T>(
+        &mut self,
+        path: SimdPath,
+        items: &'a [T],
+        width: usize,
+        first: usize,
+        mut write: impl FnMut(usize, &'a T, &mut [f32]),
+    ) {
+        self.full.resize(items.len() * width, 0.0);
+        self.rows.clear();
+        if width > 0 {
+            for ((i, item), row) in items.iter().enumerate().zip(self.full.chunks_exact_mut(width))
+            {
+                write(i, item, row);
+            }
+            let full = Full { values: &self.full, width, first: first as u32 };
+            kernels::thin(path, full, &mut self.rows);
+        } else {
+            items.iter().for_each(|_| self.rows.end_row());
+        }
+    }
 }
 
 impl Workspace {
     /// Memory for predictions on the given path.
     #[must_use]
     pub fn new(path: SimdPath) -> Self {
-        Self { path, scratch: Scratch::new(), nodes: Vec::new(), inputs: Vec::new() }
+        Self {
+            path,
+            scratch: Scratch::new(),
+            nodes: Features::default(),
+            contexts: Features::default(),
+            inputs: Rows::default(),
+        }
+    }
+
+    /// Encodes the node of each item, in so many features.
+    fn encode<'a, T>(
+        &mut self,
+        items: &'a [T],
+        features: usize,
+        encode: impl FnMut(usize, &'a T, &mut [f32]),
+    ) {
+        self.nodes.write(self.path, items, features, 0, encode);
+    }
+
+    /// Runs a network on the features of all encoded nodes.
+    fn run_nodes(&mut self, network: &Mlp) -> &[f32] {
+        network.forward_rows(self.path, &self.nodes.rows, &mut self.scratch)
     }
 
     /// Runs a network on a batch of rows: for each item, the features of its node and then what
@@ -87,14 +142,15 @@ impl Workspace {
         row_of: impl Fn(&T) -> usize,
         mut context: impl FnMut(&T, &mut [f32]),
     ) -> &[f32] {
-        let width = network.inputs();
-        self.inputs.resize(items.len() * width, 0.0);
-        for (item, row) in items.iter().zip(self.inputs.chunks_exact_mut(width)) {
-            let (own, rest) = row.split_at_mut(features);
-            own.copy_from_slice(&self.nodes[row_of(item) * features..][..features]);
-            context(item, rest);
+        let rest = network.inputs() - features;
+        self.contexts.write(self.path, items, rest, features, |_, item, row| context(item, row));
+        self.inputs.clear();
+        for (i, item) in items.iter().enumerate() {
+            self.inputs.put_row(self.nodes.rows.row(row_of(item)));
+            self.inputs.put_row(self.contexts.rows.row(i));
+            self.inputs.end_row();
         }
-        network.forward(self.path, &self.inputs, &mut self.scratch)
+        network.forward_rows(self.path, &self.inputs, &mut self.scratch)
     }
 }
 

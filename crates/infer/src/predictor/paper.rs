@@ -46,8 +46,8 @@ impl Paper {
         known: &[Known<'_>],
         work: &mut Workspace,
     ) -> Result<Vec<Foretold>, Overflow> {
-        encode(species, known.iter().map(|known| &known.active), work);
-        let logits = self.classifier.forward(work.path, &work.nodes, &mut work.scratch);
+        encode(species, known, |known| &known.active, work);
+        let logits = work.run_nodes(&self.classifier);
         foretell_children(logits.chunks_exact(MAX_CHILDREN))
     }
 
@@ -59,7 +59,7 @@ impl Paper {
         branchlets: &mut [Branchlet],
     ) -> Result<(), Overflow> {
         let features = paper::len(species);
-        encode(species, frontier.iter(), work);
+        encode(species, frontier, |active| active, work);
         let mut exists = self.draw_existence(frontier, work)?;
         for ((active, exists), branchlet) in frontier.iter().zip(&mut exists).zip(&mut *branchlets)
         {
@@ -95,7 +95,7 @@ impl Paper {
         frontier: &[Active<'_>],
         work: &mut Workspace,
     ) -> Result<Vec<[bool; MAX_CHILDREN]>, Overflow> {
-        let logits = self.classifier.forward(work.path, &work.nodes, &mut work.scratch);
+        let logits = work.run_nodes(&self.classifier);
         frontier
             .iter()
             .zip(logits.chunks_exact(MAX_CHILDREN))
@@ -105,17 +105,17 @@ impl Paper {
     }
 }
 
-/// Encodes the nodes of the frontier, a row each.
-pub(super) fn encode<'a>(
+/// Encodes the node of each item.
+pub(super) fn encode<'a, T>(
     species: usize,
-    frontier: impl ExactSizeIterator<Item = &'a Active<'a>>,
+    items: &'a [T],
+    of: impl Fn(&'a T) -> &'a Active<'a>,
     work: &mut Workspace,
 ) {
-    let features = paper::len(species);
-    work.nodes.resize(frontier.len() * features, 0.0);
-    for (active, row) in frontier.zip(work.nodes.chunks_exact_mut(features)) {
+    work.encode(items, paper::len(species), |_, item, row| {
+        let active = of(item);
         paper::encode(active.node, &active.tree, species, row);
-    }
+    });
 }
 
 /// Which children a node has, from the logits of the three; none when they overflowed.

@@ -3,9 +3,10 @@
 use deeptree_graph::Draws;
 use deeptree_graph::Vec2;
 use deeptree_graph::signature::inheritance::share_bounds;
-use deeptree_graph::signature::situated::{LOG_SCALE, MOST_SCORE, ROTATION_COMPONENTS};
+use deeptree_graph::signature::situated::{CLASSES, LOG_SCALE, MOST_SCORE, ROTATION_COMPONENTS};
 
-/// Draws an index with probability softmax(logits), among those for which `possible` holds.
+/// Draws an index with probability softmax(logits), among those for which `possible` holds; of
+/// [`CLASSES`] at most.
 ///
 /// None when a logit has overflowed, or nothing is possible.
 pub(super) fn categorical(
@@ -13,26 +14,30 @@ pub(super) fn categorical(
     possible: impl Fn(usize) -> bool,
     draws: &mut Draws,
 ) -> Option<usize> {
+    let mut weights = [f32::NEG_INFINITY; CLASSES];
+    let weights = &mut weights[..logits.len()];
     let mut most = f32::NEG_INFINITY;
-    for (i, &logit) in logits.iter().enumerate() {
-        if possible(i) && logit > most {
-            most = logit;
+    for (i, weight) in weights.iter_mut().enumerate() {
+        if possible(i) {
+            *weight = logits[i];
+            most = if logits[i] > most { logits[i] } else { most };
         }
     }
-    let weight = |i: usize| if possible(i) { libm::expf(logits[i] - most) } else { 0.0 };
-    let total: f32 = (0..logits.len()).map(weight).sum();
+    for weight in &mut *weights {
+        *weight = if *weight == f32::NEG_INFINITY { 0.0 } else { libm::expf(*weight - most) };
+    }
+    let total: f32 = weights.iter().sum();
     if !total.is_finite() || total <= 0.0 {
         return None;
     }
     let mut left = draws.uniform() as f32 * total;
     let mut last = 0;
-    for i in 0..logits.len() {
-        let w = weight(i);
-        if w > 0.0 {
-            if left < w {
+    for (i, &weight) in weights.iter().enumerate() {
+        if weight > 0.0 {
+            if left < weight {
                 return Some(i);
             }
-            left -= w;
+            left -= weight;
             last = i;
         }
     }

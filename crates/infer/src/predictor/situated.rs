@@ -161,12 +161,8 @@ impl Situated {
         branchlets: &mut [Branchlet],
     ) -> Result<(), Overflow> {
         let features = situated::len(species);
-        work.nodes.resize(frontier.len() * features, 0.0);
         let plans: Vec<(u32, Plan)> = frontier.iter().map(tips_and_plan).collect();
-        let rows = frontier.iter().zip(&plans).zip(work.nodes.chunks_exact_mut(features));
-        for ((active, &(_, plan)), row) in rows {
-            encode(active, plan, species, row);
-        }
+        work.encode(frontier, features, |i, active, row| encode(active, plans[i].1, species, row));
         let mut drafts = self.draw_branchings(frontier, &plans, work)?;
         self.draw_splits(features, frontier, work, &mut drafts)?;
         for slot in 0..MAX_CHILDREN {
@@ -188,7 +184,7 @@ impl Situated {
         plans: &[(u32, Plan)],
         work: &mut Workspace,
     ) -> Result<Vec<Draft>, Overflow> {
-        let logits = self.existence.forward(work.path, &work.nodes, &mut work.scratch);
+        let logits = work.run_nodes(&self.existence);
         let mut drafts = Vec::with_capacity(frontier.len());
         for (row, (active, logits)) in frontier.iter().zip(logits.chunks_exact(CLASSES)).enumerate()
         {

@@ -84,12 +84,11 @@ impl Situated {
         work: &mut Workspace,
     ) -> Result<Vec<Foretold>, Overflow> {
         let features = situated::len(species);
-        work.nodes.resize(known.len() * features, 0.0);
         let truth = |(row, known)| Truth::of(row, known, self.slots_of(known));
         let truths: Vec<Truth<'_>> = known.iter().enumerate().map(truth).collect();
-        for (truth, row) in truths.iter().zip(work.nodes.chunks_exact_mut(features)) {
+        work.encode(&truths, features, |_, truth, row| {
             encode(&truth.known.active, truth.plan, species, row);
-        }
+        });
         let mut all = self.foretell_branchings(&truths, work)?;
         self.foretell_splits(features, &truths, work, &mut all)?;
         self.foretell_reaches(features, &truths, work, &mut all)?;
@@ -112,7 +111,7 @@ impl Situated {
         truths: &[Truth<'_>],
         work: &mut Workspace,
     ) -> Result<Vec<Foretold>, Overflow> {
-        let logits = self.existence.forward(work.path, &work.nodes, &mut work.scratch);
+        let logits = work.run_nodes(&self.existence);
         let foretell = |(truth, logits): (&Truth<'_>, &[f32])| {
             let (tips, plan) = (truth.own_tips, truth.plan);
             let possible = |class| plan.allows(Branching::from_class(class), tips);
