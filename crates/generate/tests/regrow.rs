@@ -59,7 +59,8 @@ fn what_is_kept_has_the_same_bits_and_stands_where_it_stood() {
                 // The published recipe would not end.
                 let limits = Limits { budget: 6000, ..Limits::default() };
                 let work = &mut Workspace::default();
-                let made = regrow(&model, &tree, &[cut.clone()], Seed(8), limits, work).unwrap();
+                let made = regrow(&model, &tree, std::slice::from_ref(&cut), Seed(8), limits, work)
+                    .unwrap();
                 let standing = made.kept.iter().flatten().count();
                 assert_eq!(standing, made.pruned.tree.len(), "{cut:?}");
                 assert!(!made.pruned.wounds.is_empty(), "{cut:?}");
@@ -306,7 +307,9 @@ fn regrown_oaks_are_oaks() {
     for cut in [Cut::Above(6.0), Cut::Order(1), Cut::Path(0.5)] {
         let after: Vec<[f32; 3]> = (0..)
             .zip(&trees)
-            .map(|(seed, tree)| metrics(&again(&model, tree, &[cut.clone()], 500 + seed).tree))
+            .map(|(seed, tree)| {
+                metrics(&again(&model, tree, std::slice::from_ref(&cut), 500 + seed).tree)
+            })
             .collect();
         for (i, what) in ["nodes", "branches", "height"].into_iter().enumerate() {
             let of =
