@@ -216,7 +216,7 @@ pub(crate) struct Cuts {
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) keep_below: Vec<f32>,
     /// Cut off branches of higher orders than this; the trunk has order 0.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) keep_order: Vec<u16>,
     /// Cut off what is further from the foot, along the branches, than this fraction of the
     /// longest way.

@@ -63,8 +63,9 @@ pub enum RegrowError {
 /// Prunes a tree and grows it again from its wounds.
 ///
 /// Species, age and gravitropism are those that the tree says it has. What is drawn for a node
-/// depends on the new seed, its lineage, and what the tree before was like: the same wound grows
-/// again the same, whatever else was cut. When the budget is spent, what was kept is kept still.
+/// depends on the new seed, its lineage, what the tree before was like, and what a node can see of
+/// the levels up to its own: so far, the same wound grows again the same, whatever else was cut.
+/// When the budget is spent, what was kept is kept still.
 ///
 /// # Errors
 ///

@@ -60,7 +60,8 @@ fn what_is_kept_has_the_same_bits_and_stands_where_it_stood() {
                 // The published recipe would not end.
                 let limits = Limits { budget: 6000, ..Limits::default() };
                 let work = &mut Workspace::default();
-                let made = regrow(&model, &tree, &[cut.clone()], Seed(8), limits, work).unwrap();
+                let made = regrow(&model, &tree, std::slice::from_ref(&cut), Seed(8), limits, work)
+                    .unwrap();
                 let standing = made.kept.iter().flatten().count();
                 assert_eq!(standing, made.pruned.tree.len(), "{cut:?}");
                 assert!(!made.pruned.wounds.is_empty(), "{cut:?}");
@@ -126,38 +127,39 @@ fn another_seed_grows_another_tree() {
     assert_ne!(places(&make(1)), places(&make(2)));
 }
 
-/// The bits of all that a node bears, and how it branches.
-fn borne(tree: &BranchGraph, id: u32) -> Vec<Vec<u32>> {
-    let mut all = Vec::new();
-    let mut stack = vec![id];
-    while let Some(id) = stack.pop() {
-        all.push(bits(tree.node(id)));
-        stack.extend(tree.node(id).children.into_iter().rev().flatten());
+/// How far each node is from the root, in nodes.
+fn depths(tree: &BranchGraph) -> Vec<usize> {
+    let mut depths = vec![0; tree.len()];
+    for (id, node) in tree.nodes().iter().enumerate().skip(1) {
+        depths[id] = depths[node.parent.unwrap() as usize] + 1;
     }
-    all
+    depths
 }
 
 #[test]
-fn a_wound_grows_again_the_same_whatever_else_is_cut() {
+fn a_wound_grows_again_the_same_up_to_the_level_of_any_other() {
+    // Nodes can see what has grown up to their level, but not what another wound will bear.
     let model = shipped();
     let tree = grown(&model, "walnut", 6, 50_000);
-    // Two subtrees, neither of which holds the other.
-    let sizes = |id: u32| borne(&tree, id).len();
-    let mut forks = tree.nodes().iter().filter(|node| node.child_count() > 1);
-    let [a, b] = forks
-        .find_map(|fork| {
-            let mut large = fork.children.into_iter().flatten().filter(|&id| sizes(id) > 20);
-            Some([large.next()?, large.next()?])
-        })
-        .unwrap();
-    let parent = |id: u32| tree.node(id).parent.unwrap();
-    // The deeper wound leaves the sibling of the other one standing.
-    let first = *tree.node(a).children.iter().flatten().next().unwrap();
+    let before = depths(&tree);
+    let deepest = *before.iter().max().unwrap();
+    let first = before.iter().rposition(|&depth| depth == deepest / 3).unwrap() as u32;
     let alone = again(&model, &tree, &[Cut::Nodes(vec![first])], 9);
-    let both = again(&model, &tree, &[Cut::Nodes(vec![first, b])], 9);
-    let at = |made: &Regrown| made.kept[parent(first) as usize].unwrap();
-    assert_eq!(borne(&alone.tree, at(&alone)), borne(&both.tree, at(&both)));
-    assert_ne!(borne(&alone.tree, at(&alone)), borne(&tree, parent(first)));
+    let of_first =
+        |id: u32| std::iter::successors(Some(id), |&id| tree.node(id).parent).any(|id| id == first);
+    for depth in [deepest / 2, deepest - 2] {
+        let at = |id: &u32| before[*id as usize] == depth && !of_first(*id);
+        let other = (0..tree.len() as u32).find(at).unwrap();
+        let both = again(&model, &tree, &[Cut::Nodes(vec![first, other])], 9);
+        let levels = |made: &Regrown| -> Vec<Vec<u32>> {
+            let depths = depths(&made.tree);
+            let nodes = depths.iter().zip(made.tree.nodes());
+            nodes.filter(|(at, _)| **at < depth).map(|(_, node)| bits(node)).collect()
+        };
+        assert_eq!(levels(&alone), levels(&both));
+        assert!(levels(&alone).len() > 100);
+        assert_ne!(alone.tree, both.tree);
+    }
 }
 
 #[test]
@@ -310,7 +312,9 @@ fn regrown_oaks_are_oaks() {
     for cut in [Cut::Above(6.0), Cut::Order(1), Cut::Path(0.5)] {
         let after: Vec<[f32; 3]> = (0..)
             .zip(&trees)
-            .map(|(seed, tree)| metrics(&again(&model, tree, &[cut.clone()], 500 + seed).tree))
+            .map(|(seed, tree)| {
+                metrics(&again(&model, tree, std::slice::from_ref(&cut), 500 + seed).tree)
+            })
             .collect();
         for (i, what) in ["nodes", "branches", "height"].into_iter().enumerate() {
             let of =

@@ -81,8 +81,9 @@ struct Row {
     cut_off: u32,
     /// Of each of [`NUMBERS`]: before, after, and the difference tree by tree.
     numbers: [[Estimate; 3]; NUMBERS.len()],
-    /// Of each of [`NUMBERS`]: regrown trees between the 2.5 % and the 97.5 % of those before.
-    inside: [f64; NUMBERS.len()],
+    /// Of each of [`NUMBERS`]: part of the trees within two standard deviations of the mean of those
+    /// before; of the trees before themselves, and of the regrown ones.
+    inside: [[f64; 2]; NUMBERS.len()],
 }
 
 /// Trees that are pruned again and again: each of [`NUMBERS`] after so many times, over what it was
@@ -153,12 +154,11 @@ fn measure(study: &Study<'_>, model: &Model, species: &Species, pruning: Pruning
             [before, after, Estimate::of(all.iter().map(|one| one.3[1][i] - one.3[0][i]))]
         };
         let inside = |i: usize| {
-            let mut before: Vec<f64> = all.iter().map(|one| one.3[0][i]).collect();
-            before.sort_by(f64::total_cmp);
-            let at = |part: f64| before[(part * (before.len() - 1) as f64).round() as usize];
-            let range = at(0.025)..=at(0.975);
-            let inside = all.iter().filter(|one| range.contains(&one.3[1][i])).count();
-            inside as f64 / all.len() as f64
+            let Estimate { mean, sd, .. } = of(i)[0];
+            [0, 1].map(|set| {
+                let inside = |x: f64| (x - mean).abs() <= 2.0 * sd;
+                all.iter().filter(|one| inside(one.3[set][i])).count() as f64 / all.len() as f64
+            })
         };
         Ok(Row {
             species: name.clone(),
@@ -231,16 +231,20 @@ fn say(chapter: &mut Chapter, rows: &[Row], courses: &[Course]) {
     let changed: u64 = rows.iter().map(|row| row.changed).sum();
     let cut_off: u32 = rows.iter().map(|row| row.cut_off).sum();
     let trees: u32 = rows.iter().map(|row| row.kept.count).sum();
-    let inside: f64 = rows.iter().flat_map(|row| row.inside).sum::<f64>();
+    let inside = |set: usize| {
+        let all: f64 = rows.iter().flat_map(|row| row.inside).map(|parts| parts[set]).sum();
+        100.0 * all / (rows.len() * NUMBERS.len()) as f64
+    };
     chapter.text(format!(
         "Generated trees were pruned, grew again with another seed and were measured before and \
          after, {trees} in all. Kept nodes of which a bit has changed: {changed}. Trees that hit \
          the node budget: {cut_off}. Of {} means, {good} are within {:.0} % of those before, and \
-         two standard errors. {:.1} % of the regrown trees' numbers lie where the middle 95 % of \
-         their species' do.",
+         two standard errors. Within two standard deviations of their species' mean lie {:.1} % of \
+         the trees' numbers before, and {:.1} % after.",
         cells().count(),
         100.0 * GOAL,
-        100.0 * inside / (rows.len() * NUMBERS.len()) as f64,
+        inside(0),
+        inside(1),
     ));
     let worst = cells().enumerate().max_by(|a, b| {
         let by = |numbers: &[Estimate; 3]| difference(numbers).0.abs();
@@ -277,25 +281,31 @@ fn say(chapter: &mut Chapter, rows: &[Row], courses: &[Course]) {
 }
 
 fn table(chapter: &mut Chapter, rows: &[Row]) {
-    let header = ["species", "cut off", "kept"].into_iter().chain(NUMBERS).chain(["inside"]);
+    let header =
+        ["species", "cut off", "kept"].into_iter().chain(NUMBERS).chain(["inside before", "after"]);
     let cells = |row: &Row| {
         let number = |numbers: &[Estimate; 3]| {
             let (by, error) = difference(numbers);
             let tone = if is_good(numbers) { Tone::Good } else { Tone::Bad };
             Cell::new(format!("{:+.1} ± {:.1} %", 100.0 * by, 100.0 * error), tone)
         };
-        let inside = row.inside.iter().sum::<f64>() / NUMBERS.len() as f64;
+        let inside = |set: usize| {
+            let all: f64 = row.inside.iter().map(|parts| parts[set]).sum();
+            format!("{:.0} %", 100.0 * all / NUMBERS.len() as f64)
+        };
         let kept = format!("{:.0} %", 100.0 * row.kept.mean);
         let mut cells: Vec<Cell> =
             vec![row.species.as_str().into(), row.pruning.text().into(), kept.into()];
         cells.extend(row.numbers.iter().map(number));
-        cells.push(format!("{:.0} %", 100.0 * inside).into());
+        cells.push(Cell::new(inside(0), Tone::Quiet));
+        cells.push(inside(1).into());
         cells
     };
     chapter.table(
         "Regrown trees against the same trees before they were pruned: differences of the means, \
-         with standard errors. Kept: part of the nodes. Inside: how many of the numbers lie \
-         between the 2.5 % and the 97.5 % of those of the trees before. The paper gives no figures.",
+         with standard errors, coloured where they are within 2 % and two standard errors, or not. \
+         Kept: part of the nodes. Inside: how many of the numbers are within two standard \
+         deviations of the mean of those before. The paper gives no figures.",
         &header.collect::<Vec<_>>(),
         rows.iter().map(cells).collect(),
     );
@@ -368,13 +378,13 @@ fn picture(study: &Study<'_>, model: &Model, chapter: &mut Chapter) -> Result<()
 fn save(study: &Study<'_>, rows: &[Row], courses: &[Course]) -> Result<()> {
     let mut csv = String::from(
         "species,cut_off,trees,kept,changed_nodes,hit_budget,number,before,after,difference,\
-         standard_error,inside\n",
+         standard_error,inside_before,inside_after\n",
     );
     for row in rows {
         for (i, number) in NUMBERS.into_iter().enumerate() {
             let [before, after, difference] = row.numbers[i];
             csv += &format!(
-                "{},{},{},{},{},{},{number},{},{},{},{},{}\n",
+                "{},{},{},{},{},{},{number},{},{},{},{},{},{}\n",
                 row.species,
                 row.pruning.text(),
                 before.count,
@@ -385,7 +395,8 @@ fn save(study: &Study<'_>, rows: &[Row], courses: &[Course]) -> Result<()> {
                 after.mean,
                 difference.mean,
                 difference.error(),
-                row.inside[i],
+                row.inside[i][0],
+                row.inside[i][1],
             );
         }
     }
