@@ -12,9 +12,11 @@ use deeptree_graph::{
 
 use crate::kernels::SimdPath;
 use crate::mlp::{Mlp, Scratch};
+use crate::outlook::Outlook;
 use crate::weights::{ModelKind, ReadWeightsError, Weights};
 use joint::Joint;
 use paper::Paper;
+pub(crate) use roots::check_positive;
 pub use roots::{ROOT_COLUMNS, Root};
 use situated::Situated;
 
@@ -112,6 +114,12 @@ pub trait Predictor: Sync {
     /// Which model this is: the start of the SHA-256 of its file.
     fn hash(&self) -> [u8; 16];
 
+    /// What the model says an environment makes of a tree; `None` where it has learned nothing of
+    /// environments.
+    fn outlook(&self) -> Option<&Outlook> {
+        None
+    }
+
     /// Draws the branchlet of each node of the frontier into `branchlets`, in its order.
     ///
     /// The branchlet of a node depends on that node, its lineage, its plan, its sense, its tree's
@@ -137,6 +145,7 @@ pub struct Model {
     hash: [u8; 16],
     weight_count: usize,
     networks: Networks,
+    outlook: Option<Outlook>,
 }
 
 #[derive(Clone, Debug)]
@@ -176,12 +185,16 @@ impl Model {
         hash.copy_from_slice(&weights.sha256()[..16]);
         let roots =
             species.iter().map(|name| roots::read(weights, name)).collect::<Result<_, _>>()?;
+        let outlook = match networks {
+            Networks::Situated(_) => Outlook::read(weights)?,
+            Networks::Paper(_) | Networks::Joint(_) => None,
+        };
         let weight_count = match &networks {
             Networks::Situated(networks) => networks.weight_count(),
             Networks::Paper(networks) => networks.weight_count(),
             Networks::Joint(network) => network.weight_count(),
-        };
-        Ok(Self { species, tip_radius, roots, hash, weight_count, networks })
+        } + outlook.as_ref().map_or(0, Outlook::weight_count);
+        Ok(Self { species, tip_radius, roots, hash, weight_count, networks, outlook })
     }
 
     /// The kind of the model.
@@ -218,6 +231,10 @@ impl Predictor for Model {
         self.hash
     }
 
+    fn outlook(&self) -> Option<&Outlook> {
+        self.outlook.as_ref()
+    }
+
     fn branchlets(
         &self,
         frontier: &[Active<'_>],
@@ -241,7 +258,7 @@ impl Predictor for Model {
 }
 
 /// A network of the model, of the widths the kind needs.
-fn network(
+pub(crate) fn network(
     weights: &Weights,
     name: &str,
     inputs: usize,
