@@ -22,4 +22,6 @@ pub use kernels::{SimdPath, UnknownPath};
 pub use mlp::{Dense, Mlp, MlpError, Scratch};
 pub use outlook::{Code, Expectation, Outlook};
 pub use predictor::{Active, Branchlet, Model, Overflow, Predictor, ROOT_COLUMNS, Root, Workspace};
-pub use weights::{BlendError, ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder};
+pub use weights::{
+    BlendError, ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder, layer_names,
+};

@@ -6,7 +6,7 @@ use deeptree_graph::{
     BranchGraph, MAX_CHILDREN, Node, NodeId, Plan, Sense, TreeTraits, plans, senses as senses_of,
 };
 
-use crate::TrainError;
+use crate::{Surroundings, TrainError};
 
 /// The trees a model is trained on and judged by.
 #[derive(Clone, Debug)]
@@ -17,6 +17,10 @@ pub struct TrainingSet {
     pub train: Vec<BranchGraph>,
     /// Trees to judge by; none of the training trees.
     pub validation: Vec<BranchGraph>,
+    /// What stood around each training tree; `None` in the open field.
+    pub train_surroundings: Vec<Option<Surroundings>>,
+    /// What stood around each validation tree.
+    pub validation_surroundings: Vec<Option<Surroundings>>,
     /// What tells this data from other data, such as a hash of its files. A checkpoint is only
     /// continued with the same.
     pub data_hash: String,
@@ -25,9 +29,16 @@ pub struct TrainingSet {
 impl TrainingSet {
     /// Checks what all kinds need: trees in both parts, known species, thicknesses above 0.
     pub(crate) fn check(&self) -> Result<(), TrainError> {
-        for (part, trees) in [("training", &self.train), ("validation", &self.validation)] {
+        for (part, trees, around) in [
+            ("training", &self.train, &self.train_surroundings),
+            ("validation", &self.validation, &self.validation_surroundings),
+        ] {
             if trees.is_empty() {
                 return Err(TrainError::NoTrees { part });
+            }
+            if trees.len() != around.len() {
+                let (trees, given) = (trees.len(), around.len());
+                return Err(TrainError::SurroundingsCount { part, trees, given });
             }
             for (tree, graph) in trees.iter().enumerate() {
                 let bad = |node: &Node| !(node.thickness > 0.0 && node.thickness.is_finite());
@@ -45,6 +56,8 @@ impl TrainingSet {
 pub(crate) struct Corpus<'a> {
     part: &'static str,
     pub(crate) trees: &'a [BranchGraph],
+    /// Of each tree; `None` in the open field.
+    pub(crate) surroundings: &'a [Option<Surroundings>],
     pub(crate) conditions: Vec<TreeConditions>,
     /// What grows below each node of each tree.
     plans: Vec<Vec<Plan>>,
@@ -66,6 +79,7 @@ impl<'a> Corpus<'a> {
     pub(crate) fn new(
         part: &'static str,
         trees: &'a [BranchGraph],
+        surroundings: &'a [Option<Surroundings>],
         species: &[usize],
         tip_radius: &[f32],
     ) -> Self {
@@ -87,7 +101,24 @@ impl<'a> Corpus<'a> {
         let senses = trees.iter().zip(&conditions).zip(&plans);
         let senses = senses.map(|((tree, all), plans)| senses_of(tree, all.tip_radius, plans));
         let senses = senses.collect();
-        Self { part, trees, conditions, plans, senses, starts }
+        Self { part, trees, surroundings, conditions, plans, senses, starts }
+    }
+
+    /// Has any tree grown in an environment?
+    pub(crate) fn has_surroundings(&self) -> bool {
+        self.surroundings.iter().any(Option::is_some)
+    }
+
+    /// Checks that each species has trees of the open field, which is what environments are told
+    /// against and where the roots of new trees come from.
+    pub(crate) fn check_open_field(&self, species: &[String]) -> Result<(), TrainError> {
+        for (number, name) in species.iter().enumerate() {
+            let mut trees = self.conditions.iter().zip(self.surroundings);
+            if !trees.any(|(tree, around)| tree.species == number && around.is_none()) {
+                return Err(TrainError::NoOpenField { species: name.clone() });
+            }
+        }
+        Ok(())
     }
 
     /// How many nodes all trees have.

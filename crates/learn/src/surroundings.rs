@@ -79,8 +79,8 @@ mod tests {
             write(&grid, turn, &mut values);
             let [x, z] = turn.vector([at.x, at.z]);
             let voxel = Voxel::holding(Vec3::new(x, at.y, z)).unwrap();
-            let index = (usize::from(voxel.z) * 32 + usize::from(voxel.y)) * 32
-                + usize::from(voxel.x);
+            let index =
+                (usize::from(voxel.z) * 32 + usize::from(voxel.y)) * 32 + usize::from(voxel.x);
             assert_eq!(values.iter().sum::<f32>(), 1.0);
             assert_eq!(values[index], 1.0, "turn {number}");
             seen.push(index);

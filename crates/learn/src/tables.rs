@@ -67,7 +67,8 @@ fn scores(mut values: Vec<f32>) -> [f32; SCORES] {
 const ROOTS: usize = 360;
 
 /// Writes the tables that all kinds have: the radii of tips, and the roots of training trees, evenly
-/// spread over those of each species.
+/// spread over those of each species in the open field: what an environment makes of a tree is told
+/// apart from them.
 pub(crate) fn write_common(
     model: &mut WeightsBuilder,
     corpus: &Corpus<'_>,
@@ -77,7 +78,9 @@ pub(crate) fn write_common(
     model.table("tip_radius", Table::new(vec![species.len()], tip_radius.to_vec())?);
     for (number, name) in species.iter().enumerate() {
         let trees = corpus.trees.iter().zip(&corpus.conditions);
-        let trees: Vec<_> = trees.filter(|(_, conditions)| conditions.species == number).collect();
+        let open = trees.zip(corpus.surroundings).filter(|(_, around)| around.is_none());
+        let own = open.map(|(tree, _)| tree).filter(|(_, own)| own.species == number);
+        let trees: Vec<_> = own.collect();
         let kept = trees.len().min(ROOTS);
         let roots: Vec<f32> = (0..kept)
             .map(|i| trees[i * trees.len() / kept])

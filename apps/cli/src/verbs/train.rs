@@ -31,7 +31,7 @@ pub(super) mod training {
     use deeptree_graph::BranchGraph;
     use deeptree_graph::signature::paper::ATTRIBUTES;
     use deeptree_learn::{
-        Kind, NetworkOptions, Processor, TrainEvent, TrainOptions, TrainingSet, train,
+        Kind, NetworkOptions, Processor, Surroundings, TrainEvent, TrainOptions, TrainingSet, train,
     };
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -173,13 +173,18 @@ pub(super) mod training {
             return Err(unknown_species(name, &set.species));
         }
         let is_named = |name: &String| named.contains(&name.as_str());
-        let of = |trees: Vec<BranchGraph>| {
-            trees.into_iter().filter(|tree| is_named(&tree.info.species)).collect()
+        let of = |trees: Vec<BranchGraph>, around: Vec<Option<Surroundings>>| {
+            let all = trees.into_iter().zip(around);
+            all.filter(|(tree, _)| is_named(&tree.info.species)).unzip()
         };
+        let (train, train_surroundings) = of(set.train, set.train_surroundings);
+        let (validation, validation_surroundings) = of(set.validation, set.validation_surroundings);
         Ok(TrainingSet {
             species: set.species.iter().filter(|name| is_named(name)).cloned().collect(),
-            train: of(set.train),
-            validation: of(set.validation),
+            train,
+            validation,
+            train_surroundings,
+            validation_surroundings,
             data_hash: set.data_hash,
         })
     }
@@ -230,10 +235,13 @@ pub(super) mod training {
             }
             Ok(trees)
         };
+        let (train, validation) = (take(Split::Train)?, take(Split::Validation)?);
         let set = TrainingSet {
             species: species.clone(),
-            train: take(Split::Train)?,
-            validation: take(Split::Validation)?,
+            train_surroundings: vec![None; train.len()],
+            validation_surroundings: vec![None; validation.len()],
+            train,
+            validation,
             // In the order in which they are named, which is that of the trees.
             data_hash: hashes.join("+"),
         };

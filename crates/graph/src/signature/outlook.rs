@@ -52,31 +52,28 @@ pub const NAMES: [&str; OUTPUTS] = [
 /// Metres of the crown's offset that the network calls 1.
 pub const OFFSET_SCALE: f32 = 4.0;
 
-/// Values that the second network reads, of a model of so many species.
+/// Values that tell a tree, of a model of so many species.
 #[must_use]
-pub const fn len(species: usize) -> usize {
-    species + 2 + CODE
+pub const fn tree_len(species: usize) -> usize {
+    species + 2
 }
 
-/// Writes what the second network reads, except the code: the species as a one-hot, a / 50, and
-/// 2 v. What is left of `out` is for the code.
+/// Values that the second network reads: those of the tree, then the [`CODE`].
+#[must_use]
+pub const fn len(species: usize) -> usize {
+    tree_len(species) + CODE
+}
+
+/// Writes what tells a tree of species `number`: the species as a one-hot, a / 50, and 2 v.
 ///
 /// # Panics
 ///
-/// When `out` is not [`len`] long.
-pub fn encode(
-    species: usize,
-    number: usize,
-    age: f32,
-    gravitropism: f32,
-    out: &mut [f32],
-) -> &mut [f32] {
-    let (tree, code) = out.split_at_mut(len(species) - CODE);
-    let mut w = Writer { out: tree, at: 0 };
+/// When `out` is shorter than [`tree_len`].
+pub fn encode(species: usize, number: usize, age: f32, gravitropism: f32, out: &mut [f32]) {
+    let mut w = Writer { out, at: 0 };
     w.one_hot(number, species);
     w.put(age / 50.0);
     w.put(2.0 * gravitropism);
-    code
 }
 
 /// How far the crown of a tree stands off the axis of its foot: the mean x and z of all nodes, in
@@ -99,10 +96,9 @@ mod tests {
 
     #[test]
     fn a_tree_is_told_by_its_species_its_age_and_its_gravitropism() {
-        let mut row = [7.0; len(3)];
-        encode(3, 1, 25.0, -0.2, &mut row).fill(9.0);
-        let expected = [0.0, 1.0, 0.0, 0.5, -0.4];
-        assert_eq!(row[..5], expected);
+        let mut row = [9.0; len(3)];
+        encode(3, 1, 25.0, -0.2, &mut row);
+        assert_eq!(row[..5], [0.0, 1.0, 0.0, 0.5, -0.4]);
         assert_eq!(row[5..], [9.0; CODE]);
     }
 

@@ -126,9 +126,9 @@ impl Outlook {
         gravitropism: f32,
     ) -> Result<Expectation, Overflow> {
         assert!(species < self.species, "species {species} of {}", self.species);
-        let mut row = vec![0.0; outlook::len(self.species)];
-        outlook::encode(self.species, species, age, gravitropism, &mut row)
-            .copy_from_slice(&code.0);
+        let mut row = vec![0.0; outlook::tree_len(self.species)];
+        outlook::encode(self.species, species, age, gravitropism, &mut row);
+        row.extend(code.0);
         let mut scratch = Scratch::new();
         let said = self.tree.forward(SimdPath::detect(), &row, &mut scratch);
         if code.0.iter().chain(said).any(|value| !value.is_finite()) {
