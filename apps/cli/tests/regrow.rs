@@ -1,8 +1,6 @@
 //! Trees that are pruned and grow again, from file to file.
 #![allow(clippy::unwrap_used, reason = "a test that cannot read its files has failed")]
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic, as tests do")]
-
 mod common;
 
 use std::collections::HashSet;

@@ -19,7 +19,7 @@ use deeptree_infer::Root;
 
 use crate::algebra::{cholesky, solve};
 use crate::state::{
-    BRANCHES, CROWN_RADIUS, HEIGHT, LENGTHS, LONGEST_PATH, MEAN_PATH, NODES, STATES, State,
+    BRANCHES, CROWN_RADIUS, HEIGHT, LENGTHS, LONGEST_PATH, MEAN_PATH, NODES, STATES, State, TIPS,
     TRUNK_LENGTH, state,
 };
 
@@ -295,6 +295,17 @@ pub(crate) fn consistent(mut state: State) -> State {
     }
     state[NODES] = state[NODES].max(state[BRANCHES]);
     state
+}
+
+/// The state of a tree that what stands around has left next to nothing of: at least a stump.
+pub(crate) fn possible(mut state: State) -> State {
+    for i in LENGTHS {
+        state[i] = state[i].max(1.0);
+    }
+    for i in [TIPS, NODES, BRANCHES] {
+        state[i] = state[i].max(0.0);
+    }
+    consistent(state)
 }
 
 /// The rotation turned about the vertical: a law of roots has no direction of its own.

@@ -17,7 +17,9 @@ mod state;
 mod wish;
 
 use deeptree_graph::signature::{GROWTH_SPACE, TreeConditions, tip_count};
-use deeptree_graph::{BranchGraph, Lineage, Neighbourhood, Purpose, Seed, TreeInfo, Vec3};
+use deeptree_graph::{
+    BranchGraph, Lineage, Neighbourhood, Occupancy, Purpose, Seed, TreeInfo, Vec3,
+};
 use deeptree_infer::{Predictor, Root, Workspace};
 use deeptree_scene::Site;
 
@@ -165,8 +167,36 @@ pub fn generate_in(
     limits: Limits,
     work: &mut Workspace,
 ) -> Result<Generated, GenerateError> {
-    let germ = germ(model, request)?;
+    let germ = germ_in(model, request, site)?;
     regenerate_in(model, germ, Some(site), limits, work)
+}
+
+/// As [`germ`], among what stands around: the root's state in the open field is moved by what the
+/// model expects of the difference. A model that has not learned from environments moves nothing.
+///
+/// # Errors
+///
+/// As [`germ`], and when the model's numbers overflow.
+pub fn germ_in(
+    model: &impl Predictor,
+    request: &Request,
+    site: &Site,
+) -> Result<Germ, GenerateError> {
+    let mut germ = germ(model, request)?;
+    let Some(outlook) = model.outlook() else { return Ok(germ) };
+    let Root { age, gravitropism, .. } = germ.root;
+    let expect = |taken, shading| {
+        let code = outlook.code(taken, shading);
+        let expected = outlook.expect(&code, germ.species, age, gravitropism);
+        expected.map_err(|_| GenerateError::Overflow { node: 0 })
+    };
+    let (here, open) =
+        (expect(site.taken(), site.shading())?, expect(&Occupancy::EMPTY, &Occupancy::EMPTY)?);
+    let tip_radius = model.tip_radius(germ.species);
+    let state = state::state(&germ.root, tip_radius);
+    let moved = std::array::from_fn(|i| state[i] + (here.state[i] - open.state[i]));
+    germ.root = state::with_state(germ.root, tip_radius, &density::possible(moved));
+    Ok(germ)
 }
 
 fn at(age: Option<f32>) -> String {

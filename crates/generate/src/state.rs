@@ -5,9 +5,9 @@ use deeptree_graph::signature::{thickness_of, tip_count};
 use deeptree_infer::Root;
 
 /// ln of the tips, then the seven traits; counts as logarithms.
-pub(crate) const STATES: usize = 1 + TreeTraits::COUNT;
+pub(crate) const STATES: usize = TreeTraits::STATES;
 
-/// Where the numbers stand.
+/// Where the numbers of [`TreeTraits::state`] stand.
 pub(crate) const TIPS: usize = 0;
 pub(crate) const NODES: usize = 1;
 pub(crate) const LONGEST_PATH: usize = 2;
@@ -26,18 +26,7 @@ pub(crate) type State = [f64; STATES];
 
 /// The state of a root.
 pub(crate) fn state(root: &Root, tip_radius: f32) -> State {
-    let t = root.traits;
-    let mut state = [0.0; STATES];
-    let tips = tip_count(root.signature.thickness, tip_radius);
-    state[TIPS] = libm::log(f64::from(tips));
-    state[NODES] = libm::log(f64::from(t.nodes));
-    state[BRANCHES] = libm::log(f64::from(t.branches));
-    state[LONGEST_PATH] = f64::from(t.longest_path);
-    state[MEAN_PATH] = f64::from(t.mean_path);
-    state[CROWN_RADIUS] = f64::from(t.crown_radius);
-    state[HEIGHT] = f64::from(t.height);
-    state[TRUNK_LENGTH] = f64::from(t.trunk_length);
-    state
+    root.traits.state(tip_count(root.signature.thickness, tip_radius))
 }
 
 /// The root with this state.

@@ -64,6 +64,27 @@ impl TreeTraits {
         Self { nodes, branches, longest_path, mean_path, crown_radius, height, trunk_length }
     }
 
+    /// How many numbers [`Self::state`] has.
+    pub const STATES: usize = 1 + Self::COUNT;
+
+    /// The traits of a tree of so many tips as numbers that linear laws fit, counts as logarithms:
+    /// ln tips, ln nodes, longest path, ln branches, mean path, crown radius, height, length of the
+    /// trunk; lengths in metres.
+    #[must_use]
+    pub fn state(&self, tips: u32) -> [f64; Self::STATES] {
+        let log = |count: f32| libm::log(f64::from(count));
+        [
+            libm::log(f64::from(tips)),
+            log(self.nodes),
+            f64::from(self.longest_path),
+            log(self.branches),
+            f64::from(self.mean_path),
+            f64::from(self.crown_radius),
+            f64::from(self.height),
+            f64::from(self.trunk_length),
+        ]
+    }
+
     /// The reach of the root that its longest path implies, in nodes: `⌊l + ½⌋ − 1`.
     ///
     /// Internodes are about a metre long, 0.997 m in the mean over the species, so that the nodes of
@@ -110,6 +131,15 @@ mod tests {
         let expected = [3.0, 2.0, 5.0, 10.0 / 3.0, 3.0, 3.0, 3.0];
         assert!(traits.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5), "{traits:?}");
         assert_eq!(TreeTraits::from_array(traits).to_array(), traits);
+    }
+
+    #[test]
+    fn a_state_holds_counts_as_logarithms_and_lengths_as_they_are() {
+        let e = core::f64::consts::E as f32;
+        let traits = TreeTraits::from_array([e * e, e, 5.0, 4.0, 3.0, 2.0, 1.0]);
+        let expected = [0.0, 2.0, 5.0, 1.0, 4.0, 3.0, 2.0, 1.0];
+        let state = traits.state(1);
+        assert!(state.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{state:?}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //!
 //! - [`Weights`] reads a model file and refuses a damaged or hostile one with a typed error;
 //! - [`Model`] draws the children of nodes;
+//! - [`Outlook`] says what an environment makes of a tree;
 //! - [`Mlp`] runs one network over a batch of rows;
 //! - [`SimdPath`] names the instruction sets it can run on; none of them changes a bit.
 //!
@@ -13,13 +14,17 @@
 
 mod kernels;
 mod mlp;
+mod outlook;
 mod predictor;
 mod weights;
 
 pub use kernels::{SimdPath, UnknownPath};
 pub use mlp::{Dense, Mlp, MlpError, Scratch};
+pub use outlook::{Code, Expectation, Outlook};
 pub use predictor::{
     Active, Branchlet, Chance, Foretold, Former, Known, KnownChild, KnownTree, Model, Overflow,
     Predictor, ROOT_COLUMNS, Rank, Root, Settled, Workspace,
 };
-pub use weights::{BlendError, ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder};
+pub use weights::{
+    BlendError, ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder, layer_names,
+};

@@ -11,10 +11,13 @@ use crate::Processor;
 pub enum TrainError {
     #[error("the training set has no {part} trees; give at least one")]
     NoTrees { part: &'static str },
+    #[error("there are {trees} {part} trees, but the surroundings of {given}; give one for each")]
+    SurroundingsCount { part: &'static str, trees: usize, given: usize },
     #[error(
-        "{environments} environments for {trees} {part} trees; give one for each tree, or none"
+        "all training trees of species `{species}` have grown in environments; add some of the \
+         open field"
     )]
-    Environments { part: &'static str, trees: usize, environments: usize },
+    NoOpenField { species: String },
     #[error("{part} tree {tree} is of species `{species}`, which is not in the set's list")]
     UnknownSpecies { part: &'static str, tree: usize, species: String },
     #[error("no training tree is of species `{species}`; add one, or take it from the list")]

@@ -6,6 +6,7 @@
 //! | kind | networks | what they learn |
 //! |---|---|---|
 //! | [`Kind::Situated`] | `existence`, `split`, `reach`, `size`, `rotation1` … `rotation3` | the factors of p(children \| node) by the chain rule, each a distribution |
+//! | | `outlook` | what an environment makes of a tree as a whole; where some trees have grown in one |
 //! | [`Kind::Joint`] | `joint` | the same from one network, which the paper compares its own with |
 //! | [`Kind::Paper`] | `classifier`, `regressor1` … `regressor3` | as published: which children exist, and their mean signatures |
 //!
@@ -18,6 +19,7 @@
 
 mod adam;
 mod checkpoint;
+mod course;
 mod device;
 mod error;
 mod loss;
@@ -29,6 +31,7 @@ mod progress;
 mod report;
 mod rotations;
 mod set;
+mod surroundings;
 mod tables;
 mod tasks;
 mod training;
@@ -40,3 +43,4 @@ pub use options::{Kind, NetworkOptions, TrainOptions};
 pub use progress::{Silent, TrainEvent, TrainProgress};
 pub use report::{Figures, NetworkReport, ReliabilityBin, Report};
 pub use set::TrainingSet;
+pub use surroundings::Surroundings;

@@ -5,6 +5,7 @@
 
 use burn::tensor::{Device, Gradients, Tensor, TensorData, activation::relu, module::linear};
 use deeptree_graph::Draws;
+use deeptree_infer::{ReadWeightsError, Table, layer_names};
 
 /// Widths of the layers of a network, inputs first: `sizes.len() - 1` dense layers with ReLU
 /// between them and nothing after the last.
@@ -80,6 +81,23 @@ impl Mlp {
             }
         }
         flat
+    }
+
+    /// The tensors of the model file, with their names, of the network `name`.
+    pub(crate) fn tensors(
+        &self,
+        name: &str,
+        flat: &[f32],
+    ) -> Result<Vec<(String, Table)>, ReadWeightsError> {
+        let mut tensors = Vec::new();
+        for (layer, span) in (0..).zip(self.spans()) {
+            let [weight, bias] = layer_names(name, layer);
+            let shape = vec![span.inputs, span.outputs];
+            tensors.push((weight, Table::new(shape, flat[span.start..span.bias()].to_vec())?));
+            let values = flat[span.bias()..span.end()].to_vec();
+            tensors.push((bias, Table::new(vec![span.outputs], values)?));
+        }
+        Ok(tensors)
     }
 
     /// Cuts the flat parameters into layers on `device`; they track gradients where it does.

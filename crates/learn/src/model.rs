@@ -5,16 +5,20 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use burn::tensor::Device;
 use deeptree_graph::Seed;
 use deeptree_infer::{Model, ReadWeightsError, Table, Weights, WeightsBuilder};
 
 use crate::checkpoint;
+use crate::course::{Course, Dense, Outlook};
+use crate::mlp::Mlp;
+use crate::options::Schedule;
 use crate::report::Report;
 use crate::rotations::Rotations;
 use crate::set::{Corpus, species_numbers};
 use crate::tables;
 use crate::tasks::{Lesson, Network};
-use crate::training::{Trained, Trainer, total};
+use crate::training::{Trainer, total};
 use crate::{
     Kind, NetworkReport, TrainError, TrainEvent, TrainOptions, TrainProgress, TrainingSet,
 };
@@ -52,14 +56,10 @@ pub fn train(
     if let Some(missing) = tip_radius.iter().position(|radius| !radius.is_finite()) {
         return Err(TrainError::MissingSpecies { species: set.species[missing].clone() });
     }
-    let train = Corpus::new("training", &set.train, &species, &tip_radius, &set.train_environments);
-    let validation = Corpus::new(
-        "validation",
-        &set.validation,
-        &judged,
-        &tip_radius,
-        &set.validation_environments,
-    );
+    let around = [&set.train_surroundings[..], &set.validation_surroundings];
+    let train = Corpus::new("training", &set.train, around[0], &species, &tip_radius);
+    let validation = Corpus::new("validation", &set.validation, around[1], &judged, &tip_radius);
+    train.check_open_field(&set.species)?;
     let rotations = match options.kind {
         Kind::Paper | Kind::Joint => None,
         Kind::Situated => {
@@ -87,12 +87,11 @@ struct Run<'a> {
     validation: Lesson<'a>,
 }
 
-/// A network that is done, with what the report says about its samples.
+/// A network that is done.
 struct Finished {
-    network: Network,
-    trained: Trained,
-    samples: usize,
-    measures: &'static [&'static str],
+    name: &'static str,
+    tensors: Vec<(String, Table)>,
+    report: NetworkReport,
 }
 
 impl Run<'_> {
@@ -102,7 +101,8 @@ impl Run<'_> {
         checkpoints: &Path,
         progress: &dyn TrainProgress,
     ) -> Result<Vec<Finished>, TrainError> {
-        let networks = Network::all(self.options.kind);
+        let mut networks = Network::all(self.options.kind);
+        networks.retain(|&one| one != Network::Outlook || self.train.corpus.has_surroundings());
         let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
         let progress = Until { progress, failed: &failed };
         let results: Mutex<Vec<_>> = Mutex::new(Vec::new());
@@ -134,22 +134,49 @@ impl Run<'_> {
         checkpoints: &Path,
         progress: &dyn TrainProgress,
     ) -> Result<Finished, TrainError> {
-        let (train, validation) = (self.train.task(network), self.validation.task(network));
-        let samples = train.samples();
+        let device = self.options.device.device()?;
+        let course = self.course(network, device.clone());
+        let schedule = self.options.schedule(network, course.samples());
+        let batch = schedule.batch as f64;
         let trainer = Trainer {
             network,
-            train: &*train,
-            validation: &*validation,
-            schedule: self.options.schedule(network, samples),
-            unread: &self.options.unread(network, self.set.species.len()),
+            course: &*course,
+            schedule,
             seed: Seed(self.options.seed),
             validation_samples: self.options.validation_samples,
-            device: &self.options.device.device()?,
+            device: &device,
             checkpoints,
             progress,
         };
-        let trained = trainer.run(self.set.species.len())?;
-        Ok(Finished { network, trained, samples, measures: train.measures() })
+        let trained = trainer.run()?;
+        let named = self.set.species.iter().cloned().zip(&trained.tallies);
+        let report = NetworkReport {
+            sizes: course.sizes(),
+            weight_count: course.parameters(),
+            samples: course.samples(),
+            steps: trained.steps,
+            seconds: trained.seconds,
+            samples_per_second: trained.steps as f64 * batch / trained.seconds.max(1e-9),
+            total: course.figures(&total(&trained.tallies)),
+            species: named.map(|(name, tally)| (name, course.figures(tally))).collect(),
+        };
+        let tensors = course.tensors(&trained.parameters)?;
+        Ok(Finished { name: network.name(), tensors, report })
+    }
+
+    fn course(&self, network: Network, device: Device) -> Box<dyn Course + '_> {
+        let (seed, species) = (Seed(self.options.seed), self.set.species.len());
+        // What does not depend on how many samples there are.
+        let Schedule { hidden, batch, .. } = self.options.schedule(network, 1);
+        if network == Network::Outlook {
+            let (train, validation) = (self.train.corpus, self.validation.corpus);
+            let grids = Outlook::new(train, validation, species, &hidden, batch, seed, device);
+            return Box::new(grids);
+        }
+        let (train, validation) = (self.train.task(network), self.validation.task(network));
+        let mlp = Mlp::new(train.inputs(), &hidden, train.outputs());
+        let unread = self.options.unread(network, species);
+        Box::new(Dense { network, mlp, train, validation, batch, unread, seed, species, device })
     }
 
     fn weights(
@@ -163,58 +190,29 @@ impl Run<'_> {
         if let Some(rotations) = self.train.rotations {
             tables::write_situated(&mut model, self.train.corpus, rotations)?;
         }
-        for Finished { network, trained, .. } in networks {
-            for (layer, span) in (0..).zip(trained.mlp.spans()) {
-                let mut weight = trained.parameters[span.start..span.bias()].to_vec();
-                if layer == 0 {
-                    // An attribute that was not read must not count, whatever it is.
-                    for rows in self.options.unread(*network, species.len()) {
-                        weight[rows.start * span.outputs..rows.end * span.outputs].fill(0.0);
-                    }
-                }
-                let bias = trained.parameters[span.bias()..span.end()].to_vec();
-                let weight = Table::new(vec![span.inputs, span.outputs], weight)?;
-                let bias = Table::new(vec![span.outputs], bias)?;
-                model.layer(network.name(), layer, weight, bias);
-            }
+        for (name, table) in networks.iter().flat_map(|one| &one.tensors) {
+            model.table(name, table.clone());
         }
         model.to_bytes()
     }
 
     fn report(&self, networks: &[Finished], weights: &[u8]) -> Result<Report, ReadWeightsError> {
         let hash = Weights::from_bytes(weights)?.sha256();
-        let reports = networks.iter().map(|one| (one.network.name().into(), self.one(one)));
+        let reports: BTreeMap<_, _> =
+            networks.iter().map(|one| (one.name.into(), one.report.clone())).collect();
         Ok(Report {
             data_hash: self.set.data_hash.clone(),
             species: self.set.species.clone(),
             training_trees: self.set.train.len(),
             training_nodes: self.train.corpus.nodes(),
             validation_trees: self.set.validation.len(),
-            seconds: networks.iter().map(|one| one.trained.seconds).sum(),
-            weight_count: networks.iter().map(|one| one.trained.mlp.parameters()).sum(),
+            seconds: reports.values().map(|one| one.seconds).sum(),
+            weight_count: reports.values().map(|one| one.weight_count).sum(),
             bytes: weights.len(),
             sha256: hash.iter().map(|byte| format!("{byte:02x}")).collect(),
             options: self.options.clone(),
-            networks: reports.collect(),
+            networks: reports,
         })
-    }
-
-    fn one(&self, finished: &Finished) -> NetworkReport {
-        let Finished { trained, samples, measures, .. } = finished;
-        let named = self.set.species.iter().cloned().zip(&trained.tallies);
-        let species: BTreeMap<_, _> =
-            named.map(|(name, tally)| (name, tally.figures(measures))).collect();
-        let trained_samples = (trained.steps * self.options.batch as u64) as f64;
-        NetworkReport {
-            sizes: trained.mlp.sizes().to_vec(),
-            weight_count: trained.mlp.parameters(),
-            samples: *samples,
-            steps: trained.steps,
-            seconds: trained.seconds,
-            samples_per_second: trained_samples / trained.seconds.max(1e-9),
-            total: total(&trained.tallies, measures),
-            species,
-        }
     }
 }
 

@@ -9,6 +9,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Processor, TrainError, tasks::Network};
 
+/// Trees a step of `outlook`: its samples are grids of 65 536 values, and there are few.
+const OUTLOOK_BATCH: usize = 64;
+
+/// `outlook` takes one step where the networks of nodes take so many.
+const OUTLOOK_PART: u64 = 10;
+
 /// Which networks to train.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -41,12 +47,12 @@ pub struct TrainOptions {
     /// Seed of the initial weights, the order of the samples and the noise; below 2⁶³, as TOML
     /// writes it.
     pub seed: u64,
-    /// Samples a step.
+    /// Samples a step; 64 for `outlook`, whose samples are whole trees.
     pub batch: usize,
     /// Epochs; a checkpoint and a validation follow each.
     pub epochs: u32,
     /// Steps an epoch; without it, as many as visit every sample once. Fewer steps do not leave
-    /// samples out: the next epoch goes on where the last one stopped.
+    /// samples out: the next epoch goes on where the last one stopped. `outlook` takes a tenth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps_per_epoch: Option<u64>,
     /// Learning rate after the warm-up.
@@ -78,8 +84,8 @@ pub struct TrainOptions {
 #[serde(deny_unknown_fields, default)]
 pub struct NetworkOptions {
     /// Widths of the hidden layers; otherwise 160-160-160 for kind `paper`, and for kind `situated`
-    /// 128-128 (`existence`), 64-64 (`split`, `reach`, `size`) 96-96 (`rotation1`) and
-    /// 80-80 (`rotation2`, `rotation3`).
+    /// 128-128 (`existence`), 64-64 (`split`, `reach`, `size`), 96-96 (`rotation1`),
+    /// 80-80 (`rotation2`, `rotation3`) and 48 (`outlook`, behind its convolutions).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hidden: Option<Vec<usize>>,
     /// Epochs.
@@ -134,9 +140,17 @@ impl TrainOptions {
         let epochs = |epochs| NetworkOptions { epochs: Some(epochs), ..NetworkOptions::default() };
         match kind {
             Kind::Situated => Self {
-                networks: [16, 4, 4, 4, 4, 4]
+                networks: [16, 4, 4, 4, 4, 4, 6]
                     .into_iter()
-                    .zip(["rotation1", "rotation2", "rotation3", "split", "reach", "size"])
+                    .zip([
+                        "rotation1",
+                        "rotation2",
+                        "rotation3",
+                        "split",
+                        "reach",
+                        "size",
+                        "outlook",
+                    ])
                     .map(|(count, name)| (name.to_owned(), epochs(count)))
                     .collect(),
                 ..situated
@@ -189,6 +203,10 @@ impl TrainOptions {
             check(rates, "learning_rate", format!("{:?}", one.learning_rate), "above 0")?;
             let widths = one.hidden.iter().flatten().all(|&width| width > 0);
             check(widths, "hidden", format!("{:?}", one.hidden), "widths of at least 1")?;
+            if name == Network::Outlook.name() {
+                let all = one.reads.is_none();
+                check(all, "reads", format!("of `{name}`"), "unset: it reads no nodes")?;
+            }
             for attribute in one.reads.iter().flatten() {
                 let known = self.attribute(attribute, 1).is_some();
                 check(known, "reads", format!("`{attribute}`"), "an attribute that the kind has")?;
@@ -229,12 +247,16 @@ impl TrainOptions {
     /// last slot, say) nothing is trained: the network of the initial weights is never asked.
     pub(crate) fn schedule(&self, network: Network, samples: usize) -> Schedule {
         let own = self.networks.get(network.name()).cloned().unwrap_or_default();
-        let all = samples.div_ceil(self.batch.max(1)) as u64;
+        let is_outlook = network == Network::Outlook;
+        let batch = if is_outlook { OUTLOOK_BATCH } else { self.batch };
+        let all = samples.div_ceil(batch.max(1)) as u64;
+        let shared = |steps: u64| if is_outlook { steps.div_ceil(OUTLOOK_PART) } else { steps };
+        let steps = own.steps_per_epoch.or(self.steps_per_epoch.map(shared));
         Schedule {
             hidden: own.hidden.unwrap_or_else(|| network.hidden().to_vec()),
-            batch: self.batch,
+            batch,
             epochs: if samples > 0 { own.epochs.unwrap_or(self.epochs) } else { 0 },
-            steps_per_epoch: own.steps_per_epoch.or(self.steps_per_epoch).unwrap_or(all),
+            steps_per_epoch: steps.unwrap_or(all),
             learning_rate: own.learning_rate.unwrap_or(self.learning_rate),
             final_learning_rate: self.final_learning_rate,
             warmup_steps: self.warmup_steps,

@@ -80,6 +80,8 @@ pub struct NetworkReport {
 /// | `aligned_predicted`, `aligned_actual` | rotation | mean probability that a swing is aligned, share that is |
 /// | `accuracy`, `accuracy_all_three` | classifier, joint | share of children told right at 0.5; of nodes with all three right |
 /// | `mse` | classifier, regressor, joint | mean squared error; of thickness and length in m², but for the classifier |
+/// | `mse`, `mse_open` | outlook | mean squared error of all outputs, of trees in environments and in the open field; states in deviations of the species, offsets over 4 m |
+/// | `mse_<output>`, `r2_<output>` | outlook | of trees in environments: mean squared error, and what part of the variance is foreseen |
 /// | `existence_mse` | joint | mean squared error of the probabilities of children |
 /// | `cosine_distance` | regressor, joint | mean 1 − cos of the quaternions |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -5,9 +5,9 @@ use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{
     BranchGraph, MAX_CHILDREN, Node, NodeId, Plan, Sense, TreeTraits, plans, senses, senses_in,
 };
-use deeptree_scene::{Environment, Site};
+use deeptree_scene::Site;
 
-use crate::TrainError;
+use crate::{Surroundings, TrainError};
 
 /// The trees a model is trained on and judged by.
 #[derive(Clone, Debug)]
@@ -18,10 +18,10 @@ pub struct TrainingSet {
     pub train: Vec<BranchGraph>,
     /// Trees to judge by; none of the training trees.
     pub validation: Vec<BranchGraph>,
-    /// What stands around each training tree; empty where all stand in the open field.
-    pub train_environments: Vec<Environment>,
-    /// What stands around each tree to judge by; empty where all stand in the open field.
-    pub validation_environments: Vec<Environment>,
+    /// What stood around each training tree; `None` in the open field.
+    pub train_surroundings: Vec<Option<Surroundings>>,
+    /// What stood around each validation tree.
+    pub validation_surroundings: Vec<Option<Surroundings>>,
     /// What tells this data from other data, such as a hash of its files. A checkpoint is only
     /// continued with the same.
     pub data_hash: String,
@@ -31,18 +31,16 @@ impl TrainingSet {
     /// Checks what all kinds need: trees in both parts, known species, thicknesses above 0, and an
     /// environment for each tree or for none.
     pub(crate) fn check(&self) -> Result<(), TrainError> {
-        for (part, trees) in [("training", &self.train), ("validation", &self.validation)] {
+        for (part, trees, around) in [
+            ("training", &self.train, &self.train_surroundings),
+            ("validation", &self.validation, &self.validation_surroundings),
+        ] {
             if trees.is_empty() {
                 return Err(TrainError::NoTrees { part });
             }
-            let environments = if part == "training" {
-                &self.train_environments
-            } else {
-                &self.validation_environments
-            };
-            if !(environments.is_empty() || environments.len() == trees.len()) {
-                let (trees, environments) = (trees.len(), environments.len());
-                return Err(TrainError::Environments { part, trees, environments });
+            if trees.len() != around.len() {
+                let (trees, given) = (trees.len(), around.len());
+                return Err(TrainError::SurroundingsCount { part, trees, given });
             }
             for (tree, graph) in trees.iter().enumerate() {
                 let bad = |node: &Node| !(node.thickness > 0.0 && node.thickness.is_finite());
@@ -60,11 +58,11 @@ impl TrainingSet {
 pub(crate) struct Corpus<'a> {
     part: &'static str,
     pub(crate) trees: &'a [BranchGraph],
+    /// Of each tree; `None` in the open field.
+    pub(crate) surroundings: &'a [Option<Surroundings>],
     pub(crate) conditions: Vec<TreeConditions>,
     /// What grows below each node of each tree.
     plans: Vec<Vec<Plan>>,
-    /// Which trees stand in the open field.
-    pub(crate) is_open: Vec<bool>,
     /// What each node of each tree saw.
     senses: Vec<Vec<Sense>>,
     /// Number of the first node of each tree, counted over all trees, and of the end.
@@ -83,9 +81,9 @@ impl<'a> Corpus<'a> {
     pub(crate) fn new(
         part: &'static str,
         trees: &'a [BranchGraph],
+        surroundings: &'a [Option<Surroundings>],
         species: &[usize],
         tip_radius: &[f32],
-        environments: &[Environment],
     ) -> Self {
         let conditions = trees.iter().zip(species).map(|(tree, &species)| TreeConditions {
             age: tree.info.age as f32,
@@ -102,21 +100,33 @@ impl<'a> Corpus<'a> {
             Some(*end)
         }));
         let plans: Vec<Vec<Plan>> = trees.iter().map(plans).collect();
-        let is_open = (0..trees.len())
-            .map(|i| environments.get(i).is_none_or(Environment::is_open))
-            .collect();
-        let known = trees.iter().zip(&conditions).zip(&plans).enumerate();
-        let known = known.map(|(i, ((tree, all), plans))| {
-            match environments.get(i).filter(|environment| !environment.is_open()) {
-                None => senses(tree, all.tip_radius, plans),
-                Some(environment) => {
-                    let site = Site::new(environment.clone());
-                    senses_in(tree, all.tip_radius, plans, |node| site.surround(node))
-                }
+        let known = trees.iter().zip(&conditions).zip(&plans).zip(surroundings);
+        let known = known.map(|(((tree, all), plans), around)| match around {
+            None => senses(tree, all.tip_radius, plans),
+            Some(around) => {
+                let site = Site::new(around.environment().clone());
+                senses_in(tree, all.tip_radius, plans, |node| site.surround(node))
             }
         });
         let senses = known.collect();
-        Self { part, trees, conditions, plans, is_open, senses, starts }
+        Self { part, trees, surroundings, conditions, plans, senses, starts }
+    }
+
+    /// Has any tree grown in an environment?
+    pub(crate) fn has_surroundings(&self) -> bool {
+        self.surroundings.iter().any(Option::is_some)
+    }
+
+    /// Checks that each species has trees of the open field, which is what environments are told
+    /// against and where the roots of new trees come from.
+    pub(crate) fn check_open_field(&self, species: &[String]) -> Result<(), TrainError> {
+        for (number, name) in species.iter().enumerate() {
+            let mut trees = self.conditions.iter().zip(self.surroundings);
+            if !trees.any(|(tree, around)| tree.species == number && around.is_none()) {
+                return Err(TrainError::NoOpenField { species: name.clone() });
+            }
+        }
+        Ok(())
     }
 
     /// How many nodes all trees have.

@@ -66,8 +66,9 @@ fn scores(mut values: Vec<f32>) -> [f32; SCORES] {
 /// Roots of a species that a model keeps: the density that new trees start from is fitted to them.
 const ROOTS: usize = 360;
 
-/// Writes the tables that all kinds have: the radii of tips, and the roots of training trees in the
-/// open field, evenly spread over those of each species.
+/// Writes the tables that all kinds have: the radii of tips, and the roots of training trees, evenly
+/// spread over those of each species in the open field: what an environment makes of a tree is told
+/// apart from them.
 pub(crate) fn write_common(
     model: &mut WeightsBuilder,
     corpus: &Corpus<'_>,
@@ -76,11 +77,10 @@ pub(crate) fn write_common(
 ) -> Result<(), ReadWeightsError> {
     model.table("tip_radius", Table::new(vec![species.len()], tip_radius.to_vec())?);
     for (number, name) in species.iter().enumerate() {
-        // The law of roots is that of the open field.
-        let trees = corpus.trees.iter().zip(&corpus.conditions).zip(&corpus.is_open);
-        let of_species = trees.filter(|((_, conditions), _)| conditions.species == number);
-        let trees: Vec<_> =
-            of_species.filter(|(_, is_open)| **is_open).map(|(one, _)| one).collect();
+        let trees = corpus.trees.iter().zip(&corpus.conditions);
+        let open = trees.zip(corpus.surroundings).filter(|(_, around)| around.is_none());
+        let own = open.map(|(tree, _)| tree).filter(|(_, own)| own.species == number);
+        let trees: Vec<_> = own.collect();
         let kept = trees.len().min(ROOTS);
         let roots: Vec<f32> = (0..kept)
             .map(|i| trees[i * trees.len() / kept])

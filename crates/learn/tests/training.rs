@@ -218,8 +218,7 @@ fn mean_log_bins(trees: &[BranchGraph]) -> f64 {
     for tree in trees {
         let radius = conditions(tree).tip_radius;
         let plans = plans(tree);
-        let senses = senses(tree, conditions.tip_radius, &plans);
-        for ((node, plan), sense) in tree.nodes().iter().zip(plans).zip(&senses) {
+        for (node, plan) in tree.nodes().iter().zip(plans) {
             let tips: Vec<u32> = node
                 .children
                 .iter()
@@ -228,7 +227,7 @@ fn mean_log_bins(trees: &[BranchGraph]) -> f64 {
                 .collect();
             for first in 0..tips.len().saturating_sub(1) {
                 let left: u32 = tips[first..].iter().sum();
-                let (least, most) = share_bounds(left, (tips.len() - first) as u32, reach);
+                let (least, most) = share_bounds(left, (tips.len() - first) as u32, plan.reach);
                 if least < most {
                     logs.push(f64::from(most - least + 1).ln());
                 }

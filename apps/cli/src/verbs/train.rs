@@ -31,9 +31,8 @@ pub(super) mod training {
     use deeptree_graph::BranchGraph;
     use deeptree_graph::signature::paper::ATTRIBUTES;
     use deeptree_learn::{
-        Kind, NetworkOptions, Processor, TrainEvent, TrainOptions, TrainingSet, train,
+        Kind, NetworkOptions, Processor, Surroundings, TrainEvent, TrainOptions, TrainingSet, train,
     };
-    use deeptree_scene::Environment;
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
     use crate::args::{self, Args, UsageError};
@@ -174,18 +173,18 @@ pub(super) mod training {
             return Err(unknown_species(name, &set.species));
         }
         let is_named = |name: &String| named.contains(&name.as_str());
-        let of = |trees: Vec<BranchGraph>, environments: Vec<Environment>| {
-            let both = trees.into_iter().zip(environments);
-            both.filter(|(tree, _)| is_named(&tree.info.species)).unzip()
+        let of = |trees: Vec<BranchGraph>, around: Vec<Option<Surroundings>>| {
+            let all = trees.into_iter().zip(around);
+            all.filter(|(tree, _)| is_named(&tree.info.species)).unzip()
         };
-        let (train, train_environments) = of(set.train, set.train_environments);
-        let (validation, validation_environments) = of(set.validation, set.validation_environments);
+        let (train, train_surroundings) = of(set.train, set.train_surroundings);
+        let (validation, validation_surroundings) = of(set.validation, set.validation_surroundings);
         Ok(TrainingSet {
             species: set.species.iter().filter(|name| is_named(name)).cloned().collect(),
             train,
             validation,
-            train_environments,
-            validation_environments,
+            train_surroundings,
+            validation_surroundings,
             data_hash: set.data_hash,
         })
     }
@@ -223,28 +222,28 @@ pub(super) mod training {
         };
         let total = corpora.iter().map(|corpus| count(corpus.plan())).sum();
         let bar = report::bar(args, total, "reading");
-        let take = |split| -> Result<(Vec<BranchGraph>, Vec<Environment>)> {
-            let (mut trees, mut environments) = (Vec::new(), Vec::new());
+        let take = |split| -> Result<(Vec<BranchGraph>, Vec<Option<Surroundings>>)> {
+            let (mut trees, mut around) = (Vec::new(), Vec::new());
             for corpus in &corpora {
                 for tree in corpus.trees(split) {
                     let tree = tree?;
                     if split == Split::Validation || tree.number < most(corpus.plan()) {
                         trees.push(tree.tree);
-                        environments.push(tree.environment);
+                        around.push(Surroundings::of(tree.environment));
                         bar.inc(1);
                     }
                 }
             }
-            Ok((trees, environments))
+            Ok((trees, around))
         };
-        let (train, train_environments) = take(Split::Train)?;
-        let (validation, validation_environments) = take(Split::Validation)?;
+        let (train, train_surroundings) = take(Split::Train)?;
+        let (validation, validation_surroundings) = take(Split::Validation)?;
         let set = TrainingSet {
             species: species.clone(),
             train,
             validation,
-            train_environments,
-            validation_environments,
+            train_surroundings,
+            validation_surroundings,
             // In the order in which they are named, which is that of the trees.
             data_hash: hashes.join("+"),
         };

@@ -6,8 +6,11 @@
 //! - [`situated`]: the same place told so that a small network can use it: integer tip counts of
 //!   the pipe model, the reach below the node ([`inheritance`]: how its children inherit it), one-hots of distances that are nearly whole numbers, and all directions in the
 //!   node's own frame, so that nothing depends on the yaw of the tree.
+//!
+//! [`outlook`] is what is read of a tree's environment as a whole.
 
 pub mod inheritance;
+pub mod outlook;
 pub mod paper;
 pub mod situated;
 pub mod size;

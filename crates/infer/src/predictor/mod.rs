@@ -15,10 +15,12 @@ use deeptree_graph::{
 
 use crate::kernels::{self, Full, Rows, SimdPath};
 use crate::mlp::{Mlp, Scratch};
+use crate::outlook::Outlook;
 use crate::weights::{ModelKind, ReadWeightsError, Weights};
 pub use foretold::{Chance, Foretold, Known, KnownChild, KnownTree, Rank};
 use joint::Joint;
 use paper::Paper;
+pub(crate) use roots::check_positive;
 pub use roots::{ROOT_COLUMNS, Root};
 pub use settled::{Former, Settled};
 use situated::Situated;
@@ -186,6 +188,12 @@ pub trait Predictor: Sync {
     /// Which model this is: the start of the SHA-256 of its file.
     fn hash(&self) -> [u8; 16];
 
+    /// What the model says an environment makes of a tree; `None` where it has learned nothing of
+    /// environments.
+    fn outlook(&self) -> Option<&Outlook> {
+        None
+    }
+
     /// Draws the branchlet of each node of the frontier into `branchlets`, in its order.
     ///
     /// The branchlet of a node depends on that node and its parent, its lineage, its plan, its
@@ -212,6 +220,7 @@ pub struct Model {
     hash: [u8; 16],
     weight_count: usize,
     networks: Networks,
+    outlook: Option<Outlook>,
 }
 
 #[derive(Clone, Debug)]
@@ -251,12 +260,16 @@ impl Model {
         hash.copy_from_slice(&weights.sha256()[..16]);
         let roots =
             species.iter().map(|name| roots::read(weights, name)).collect::<Result<_, _>>()?;
+        let outlook = match networks {
+            Networks::Situated(_) => Outlook::read(weights)?,
+            Networks::Paper(_) | Networks::Joint(_) => None,
+        };
         let weight_count = match &networks {
             Networks::Situated(networks) => networks.weight_count(),
             Networks::Paper(networks) => networks.weight_count(),
             Networks::Joint(network) => network.weight_count(),
-        };
-        Ok(Self { species, tip_radius, roots, hash, weight_count, networks })
+        } + outlook.as_ref().map_or(0, Outlook::weight_count);
+        Ok(Self { species, tip_radius, roots, hash, weight_count, networks, outlook })
     }
 
     /// The kind of the model.
@@ -316,6 +329,10 @@ impl Predictor for Model {
         self.hash
     }
 
+    fn outlook(&self) -> Option<&Outlook> {
+        self.outlook.as_ref()
+    }
+
     fn branchlets(
         &self,
         frontier: &[Active<'_>],
@@ -339,7 +356,7 @@ impl Predictor for Model {
 }
 
 /// A network of the model, of the widths the kind needs.
-fn network(
+pub(crate) fn network(
     weights: &Weights,
     name: &str,
     inputs: usize,

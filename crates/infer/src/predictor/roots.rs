@@ -55,7 +55,7 @@ pub(super) fn read(weights: &Weights, species: &str) -> Result<Vec<Root>, ReadWe
 }
 
 /// Refuses numbers that are not above 0.
-pub(super) fn check_positive(tensor: &str, values: &[f32]) -> Result<(), ReadWeightsError> {
+pub(crate) fn check_positive(tensor: &str, values: &[f32]) -> Result<(), ReadWeightsError> {
     match values.iter().position(|&x| x.is_nan() || x <= 0.0) {
         None => Ok(()),
         Some(index) => Err(ReadWeightsError::NotPositive {

@@ -206,6 +206,12 @@ impl Weights {
     }
 }
 
+/// What the tensors of a layer of a network are called: its weight and its bias.
+#[must_use]
+pub fn layer_names(network: &str, layer: u32) -> [String; 2] {
+    [weight_name(network, layer), bias_name(network, layer)]
+}
+
 fn weight_name(network: &str, layer: u32) -> String {
     format!("{network}.{layer}.weight")
 }

@@ -32,6 +32,8 @@ pub(crate) enum Network {
     Split,
     Reach,
     Size,
+    /// Of whole trees; it learns in a course of its own.
+    Outlook,
     /// Of the child in a slot.
     Rotation(usize),
     Classifier,
@@ -48,7 +50,7 @@ impl Network {
             Kind::Situated => [Self::Existence]
                 .into_iter()
                 .chain(slots.map(Self::Rotation))
-                .chain([Self::Split, Self::Reach, Self::Size])
+                .chain([Self::Split, Self::Reach, Self::Size, Self::Outlook])
                 .collect(),
             Kind::Paper => {
                 [Self::Classifier].into_iter().chain(slots.map(Self::Regressor)).collect()
@@ -65,6 +67,7 @@ impl Network {
             Self::Split => "split",
             Self::Reach => "reach",
             Self::Size => "size",
+            Self::Outlook => "outlook",
             Self::Rotation(slot) => ROTATIONS[slot],
             Self::Classifier => "classifier",
             Self::Regressor(slot) => REGRESSORS[slot],
@@ -80,6 +83,8 @@ impl Network {
             Self::Rotation(slot) => 3 + slot as u64,
             Self::Reach => 6,
             Self::Size => 7,
+            // And 9, for its trees of the open field.
+            Self::Outlook => 8,
             Self::Classifier => 11,
             Self::Regressor(slot) => 12 + slot as u64,
             Self::Joint => 21,
@@ -93,6 +98,7 @@ impl Network {
             Self::Split | Self::Reach | Self::Size => &[64, 64],
             Self::Rotation(0) => &[96, 96],
             Self::Rotation(_) => &[80, 80],
+            Self::Outlook => &[48],
             // Four networks of 160-160-160 have the 913 kB of the paper.
             Self::Classifier | Self::Regressor(_) | Self::Joint => &[160, 160, 160],
         }
@@ -184,6 +190,7 @@ impl<'a> Lesson<'a> {
             (Network::Rotation(_), None) => {
                 unreachable!("kind `situated`, which has these networks, has their tables")
             }
+            (Network::Outlook, _) => unreachable!("it learns of trees, not of nodes"),
         }
     }
 

@@ -44,12 +44,13 @@ pub(crate) fn set(trees: u64) -> TrainingSet {
     let grow = |from: u64, count: u64| {
         (0..2 * count).map(|k| tree(Seed(from + k), (k % 2) as usize)).collect()
     };
+    let (train, validation): (Vec<_>, Vec<_>) = (grow(0, trees), grow(1 << 32, trees.div_ceil(4)));
     TrainingSet {
-        train_environments: Vec::new(),
-        validation_environments: Vec::new(),
         species: vec!["ash".into(), "elm".into()],
-        train: grow(0, trees),
-        validation: grow(1 << 32, trees.div_ceil(4)),
+        train_surroundings: vec![None; train.len()],
+        validation_surroundings: vec![None; validation.len()],
+        train,
+        validation,
         data_hash: "synthetic".into(),
     }
 }

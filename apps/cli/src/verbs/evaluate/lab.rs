@@ -181,12 +181,13 @@ impl<'a> Lab<'a> {
         let take = |split| -> Result<Vec<BranchGraph>> {
             corpus.trees(split).map(|tree| Ok(tree?.tree)).collect()
         };
+        let (train, validation) = (take(Split::Train)?, take(Split::Validation)?);
         Ok(TrainingSet {
-            train_environments: Vec::new(),
-            validation_environments: Vec::new(),
             species: corpus.plan().species.clone(),
-            train: take(Split::Train)?,
-            validation: take(Split::Validation)?,
+            train_surroundings: vec![None; train.len()],
+            validation_surroundings: vec![None; validation.len()],
+            train,
+            validation,
             data_hash: corpus.hash()?,
         })
     }
