@@ -102,6 +102,8 @@ pub(crate) struct Generate {
     #[command(flatten)]
     pub(crate) which: Which,
     #[command(flatten)]
+    pub(crate) place: Place,
+    #[command(flatten)]
     pub(crate) out: Out,
     #[command(flatten)]
     pub(crate) model: ModelChoice,
@@ -181,6 +183,8 @@ pub(crate) struct Regrow {
     /// Seed of what grows; the trees of a table have the numbers from it on.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) place: Place,
     #[command(flatten)]
     pub(crate) out: Out,
     /// Write the pruned tree, too: .glb .obj .ply .tree .csv .parquet.

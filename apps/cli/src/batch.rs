@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use deeptree_generate::Germ;
+use deeptree_generate::{Avoided, Germ};
 use deeptree_graph::BranchGraph;
 use rayon::prelude::*;
 
@@ -19,6 +19,8 @@ pub(crate) struct Made {
     /// What it grew from, for a tree of the networks.
     pub(crate) germ: Option<Germ>,
     pub(crate) hit_budget: bool,
+    /// How often it would have grown where it cannot, for a tree of the networks among obstacles.
+    pub(crate) avoided: Option<Avoided>,
 }
 
 /// Makes something of each of `count` seeds from `first` on, on all threads, and hands it to `take`

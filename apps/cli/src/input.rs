@@ -90,7 +90,7 @@ pub(crate) fn read_chosen(
 }
 
 fn made(number: u32, tree: BranchGraph) -> Made {
-    Made { seed: tree.info.seed, number, tree, germ: None, hit_budget: false }
+    Made { seed: tree.info.seed, number, tree, germ: None, hit_budget: false, avoided: None }
 }
 
 /// Grows the tree of a seed file with the model it names.
@@ -122,5 +122,6 @@ fn regrow(file: &SeedFile, choice: &ModelChoice) -> Result<Made> {
         tree: grown.tree,
         germ: Some(germ),
         hit_budget: grown.hit_budget,
+        avoided: None,
     })
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use deeptree_scene::{Environment, Scene, SceneError, Volume};
+use deeptree_scene::{Environment, Scene, SceneError, Site, Volume};
 
 use crate::args::{Place, UsageError};
 
@@ -14,6 +14,12 @@ impl Place {
             scene: self.obstacles.as_deref().map(scene).transpose()?.unwrap_or_default(),
             volume: self.form.as_deref().map(form).transpose()?,
         })
+    }
+
+    /// What stands around a tree that the networks grow; none in the open field.
+    pub(crate) fn site(&self) -> Result<Option<Site>> {
+        let environment = self.load()?;
+        Ok((!environment.is_open()).then(|| Site::new(environment)))
     }
 }
 

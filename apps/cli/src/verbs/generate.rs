@@ -1,15 +1,19 @@
 //! `generate`: trees from the networks.
 
-use anyhow::Result;
-use deeptree_generate::{GenerateError, Limits, Request, Wishes, clamp_wishes, generate, germ};
+use anyhow::{Result, bail};
+use deeptree_generate::{
+    GenerateError, Limits, Request, Wishes, clamp_wishes, generate, generate_in, germ,
+};
 use deeptree_graph::Seed;
 use deeptree_infer::{Model, Predictor, Workspace};
+use deeptree_scene::Site;
 
 use super::making::{self, whole_age};
 use super::unknown_species;
 use crate::args::{self, Args, UsageError};
 use crate::batch::Made;
 use crate::blend;
+use crate::format::Format;
 use crate::output::Target;
 
 pub(crate) fn run(args: &Args, verb: &args::Generate) -> Result<()> {
@@ -34,6 +38,12 @@ pub(crate) fn run(args: &Args, verb: &args::Generate) -> Result<()> {
     let mut target = Target::new(&verb.out.output, verb.out.format, count, verb.out.lod)?;
     target.model = Some(model.hash());
     target.blend = blend;
+    let site = verb.place.site()?;
+    if site.is_some() && target.format == Format::Dtree {
+        bail!(UsageError(
+            "a .dtree holds no obstacles and no form; write .csv, .parquet or a mesh".to_owned()
+        ));
+    }
     let age = verb.which.age.map(whole_age).transpose()?;
     let asked = Request {
         age,
@@ -54,18 +64,28 @@ pub(crate) fn run(args: &Args, verb: &args::Generate) -> Result<()> {
         &verb.out,
         &target,
         || verb.model.workspace(),
-        |work, seed| one(&model, &request(seed), limits, work),
+        |work, seed| one(&model, &request(seed), site.as_ref(), limits, work),
     )
 }
 
-fn one(model: &Model, request: &Request, limits: Limits, work: &mut Workspace) -> Result<Made> {
-    let grown = generate(model, request, limits, work)?;
+fn one(
+    model: &Model,
+    request: &Request,
+    site: Option<&Site>,
+    limits: Limits,
+    work: &mut Workspace,
+) -> Result<Made> {
+    let grown = match site {
+        None => generate(model, request, limits, work)?,
+        Some(site) => generate_in(model, request, site, limits, work)?,
+    };
     Ok(Made {
         seed: request.seed.0,
         number: 0,
         tree: grown.tree,
         germ: Some(grown.germ),
         hit_budget: grown.hit_budget,
+        avoided: site.map(|_| grown.avoided),
     })
 }
 

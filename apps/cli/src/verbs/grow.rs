@@ -30,7 +30,14 @@ fn trees(args: &Args, verb: &args::Grow, species: &str) -> Result<()> {
     let target = target(verb, u64::from(which.count))?;
     let one = |(): &mut (), seed| {
         let grown = grow_around(species, &parameters, Seed(seed), &environment)?;
-        Ok(Made { seed, number: 0, tree: grown.tree, germ: None, hit_budget: grown.hit_budget })
+        Ok(Made {
+            seed,
+            number: 0,
+            tree: grown.tree,
+            germ: None,
+            hit_budget: grown.hit_budget,
+            avoided: None,
+        })
     };
     making::run(args, species, which, &verb.out, &target, || Ok(()), one)
 }
@@ -82,6 +89,7 @@ fn stand(args: &Args, verb: &args::Grow, plan: &Path) -> Result<()> {
         tree: grown.tree.moved(row.at),
         germ: None,
         hit_budget: grown.hit_budget,
+        avoided: None,
     });
     making::write(args, &verb.out, &target, made.collect(), took)
 }

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use anyhow::Result;
+use deeptree_generate::Avoided;
 use serde_json::{Value, json};
 
 use crate::args::{self, Args, UsageError};
@@ -79,6 +80,7 @@ struct Seen {
     branches: u64,
     took: Duration,
     hit_budget: Vec<u64>,
+    avoided: Option<Avoided>,
     first: Option<Value>,
 }
 
@@ -91,6 +93,11 @@ impl Seen {
         if made.hit_budget {
             self.hit_budget.push(made.seed);
         }
+        if let Some(own) = made.avoided {
+            let all = self.avoided.get_or_insert_default();
+            all.redrawn += own.redrawn;
+            all.given_up += own.given_up;
+        }
         self.first.get_or_insert_with(|| report::tree_figures(&made.tree));
     }
 
@@ -102,6 +109,13 @@ impl Seen {
                 self.hit_budget.len(),
                 self.trees,
                 &self.hit_budget[..self.hit_budget.len().min(5)]
+            );
+        }
+        if let (Some(Avoided { redrawn, given_up }), false) = (self.avoided, args.quiet) {
+            eprintln!(
+                "deeptree: of {} nodes, {redrawn} were drawn again and {given_up} given up where \
+                 no branch can go",
+                self.nodes
             );
         }
         let milliseconds = self.took.as_secs_f64() * 1e3 / self.trees as f64;
@@ -121,6 +135,10 @@ impl Seen {
         };
         figures["milliseconds_a_tree"] = json!(milliseconds);
         figures["hit_budget"] = json!(self.hit_budget);
+        if let Some(Avoided { redrawn, given_up }) = self.avoided {
+            figures["redrawn"] = json!(redrawn);
+            figures["given_up"] = json!(given_up);
+        }
         report::say(args, &figures, &text, is_stdout(&out.output));
     }
 }

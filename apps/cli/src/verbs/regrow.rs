@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use deeptree_generate::{GenerateError, Limits, RegrowError, Regrown, Request, germ, regrow};
-use deeptree_graph::{BranchGraph, Cut, NodeId, Seed, Vec3};
+use deeptree_generate::{GenerateError, Limits, RegrowError, Regrown, Request, germ, regrow_in};
+use deeptree_graph::{BranchGraph, Cut, NodeId, Room, Seed, Vec3};
 use deeptree_infer::{Model, Predictor, Workspace};
+use deeptree_scene::Site;
 use serde_json::json;
 
 use super::making::whole_age;
@@ -24,7 +25,8 @@ pub(crate) fn run(args: &Args, verb: &args::Regrow) -> Result<()> {
         bail!(output::seed_files_are_generated());
     }
     let pruned = verb.pruned.as_deref().map(|path| pruned_target(path, verb)).transpose()?;
-    let mut grower = Grower { verb, age, cuts, model: None, work: verb.model.workspace()? };
+    let (site, work) = (verb.place.site()?, verb.model.workspace()?);
+    let mut grower = Grower { verb, age, cuts, site, model: None, work };
     // Several trees need places for all of them.
     let holds_all = |target: &Target| target.format.is_table() || target.folder;
     let whole = verb.tree.is_none() && holds_all(&target) && pruned.iter().all(holds_all);
@@ -40,7 +42,7 @@ pub(crate) fn run(args: &Args, verb: &args::Regrow) -> Result<()> {
                 seen.add(before, &regrown);
                 let made = |tree, hit_budget| {
                     let number = if target.folder { 0 } else { number };
-                    Made { seed: seed.0, number, tree, germ: None, hit_budget }
+                    Made { seed: seed.0, number, tree, germ: None, hit_budget, avoided: None }
                 };
                 take_pruned(&made(regrown.pruned.tree, false))?;
                 take(&made(regrown.tree, regrown.hit_budget))
@@ -72,6 +74,7 @@ struct Grower<'a> {
     verb: &'a args::Regrow,
     age: Option<u16>,
     cuts: Vec<Cut>,
+    site: Option<Site>,
     /// The model of the last species.
     model: Option<(String, Model)>,
     work: Workspace,
@@ -100,8 +103,19 @@ impl Grower<'_> {
             tree.info.gravitropism = gravitropism;
         }
         let limits = Limits { budget: self.verb.budget as usize, batch: self.verb.batch as usize };
-        regrow(model, &tree, &self.cuts, seed, limits, &mut self.work).map_err(refused)
+        let (site, mut cuts) = (self.site.as_ref(), self.cuts.clone());
+        cuts.extend(site.map(|site| Cut::Nodes(in_the_way(&tree, site))));
+        regrow_in(model, &tree, &cuts, seed, site, limits, &mut self.work).map_err(refused)
     }
+}
+
+/// The nodes that stand where no branch can go: a new obstacle takes them off. The root stays.
+fn in_the_way(tree: &BranchGraph, site: &Site) -> Vec<NodeId> {
+    let is_in_the_way = |id: &NodeId| {
+        let node = tree.node(*id);
+        !site.admits_edge(node.base(), node.position)
+    };
+    (1..tree.len() as NodeId).filter(is_in_the_way).collect()
 }
 
 /// The model of a species, or of a blend of several.
