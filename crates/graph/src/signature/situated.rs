@@ -378,6 +378,9 @@ pub struct RotationContext<'a> {
     pub earlier: &'a [Option<Sibling>],
 }
 
+/// How far a parent's own turn is told, in deviations.
+const MOST_OWN: f32 = 3.0;
+
 /// Encodes what the swing of a child depends on besides its parent: the branching, its tips, its
 /// reach and whether it is as long as a child's can be, the nodes below it, its roll, how the
 /// parent itself is turned (what bends a shoot, its biomass above all, bends the next one alike, so
@@ -417,11 +420,13 @@ pub fn encode_rotation(
     w.put(log_size(plan.nodes));
     w.put(libm::logf((1 + plan.nodes) as f32 / tips as f32));
     w.put(roll);
-    w.put3(own.swing.extend(own.roll));
+    // What is rare in a tree must not run away when one shoot bends after another.
+    let own_swing = own.swing.clamp(-Vec2::splat(MOST_OWN), Vec2::splat(MOST_OWN));
+    w.put3(own_swing.extend(own.roll.clamp(-MOST_OWN, MOST_OWN)));
     let frame = node.orientation * slot.unswung(roll);
     let sags = [node.orientation, frame].map(sag);
     let ratio = if sags[0] > 0.02 { (sags[1] / sags[0]).min(3.0) } else { 0.0 };
-    w.put(own.swing.x * ratio);
+    w.put((own_swing.x * ratio).clamp(-MOST_OWN, MOST_OWN));
     let into = frame.inverse();
     w.put3(into * Vec3::Y);
     w.put3(into * outward_from_axis(node.position));
