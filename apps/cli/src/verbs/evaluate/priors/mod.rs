@@ -118,7 +118,7 @@ impl Axis {
     /// out between them; of a quick run one such.
     fn values(self, study: &Study<'_>) -> Vec<f32> {
         let mut values = self.figure(study);
-        let (first, last) = (values[0], values[values.len() - 1]);
+        let [first, last] = self.range();
         let seen = study.model.as_ref().map(Seen::of);
         let gaps = seen.map_or_else(Vec::new, |seen| match self {
             Self::Age => seen.age_gaps(),
@@ -139,6 +139,14 @@ impl Axis {
         values.extend(middles);
         values.sort_by(f32::total_cmp);
         values
+    }
+
+    /// The range of the paper's figure.
+    const fn range(self) -> [f32; 2] {
+        match self {
+            Self::Age => [10.0, 40.0],
+            Self::Gravitropism => [-0.4, 0.4],
+        }
     }
 
     /// The range of the paper's figure, in steps of its own: 10 to 40 cycles, −0.4 to 0.4.

@@ -115,12 +115,16 @@ fn held_out(chapter: &mut Chapter, seen: &Seen) {
         };
         gaps.iter().map(write).collect::<Vec<_>>().join(", ")
     };
-    let ages = list(seen.age_gaps(), Axis::Age);
-    let gravitropisms = list(seen.gravitropism_gaps(), Axis::Gravitropism);
+    let between = |gaps: Vec<(f32, f32)>, [low, high]: [f32; 2]| {
+        gaps.into_iter().filter(|gap| gap.0 >= low && gap.1 <= high).collect()
+    };
+    let ages = list(between(seen.age_gaps(), Axis::Age.range()), Axis::Age);
+    let gravitropisms = between(seen.gravitropism_gaps(), Axis::Gravitropism.range());
+    let gravitropisms = list(gravitropisms, Axis::Gravitropism);
     let or_none = |list: String| if list.is_empty() { "nothing".to_owned() } else { list };
     chapter.text(format!(
-        "Left out of training, as the roots in the model's file tell: of the ages {}; of \
-         gravitropism {}.",
+        "Left out of training within the range of the figures, as the roots kept in the model's file \
+         tell: of the ages {}; of gravitropism {}.",
         or_none(ages),
         or_none(gravitropisms)
     ));
