@@ -64,7 +64,7 @@ fn scores(mut values: Vec<f32>) -> [f32; SCORES] {
 }
 
 /// Roots of a species that a model keeps: the density that new trees start from is fitted to them.
-const ROOTS: usize = 360;
+const ROOTS: usize = 800;
 
 /// Writes the tables that all kinds have: the radii of tips, and the roots of training trees, evenly
 /// spread over those of each species in the open field: what an environment makes of a tree is told
