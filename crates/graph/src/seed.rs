@@ -56,6 +56,10 @@ pub enum Purpose {
     Evaluation = 67,
     /// How far the children of a node reach.
     ChildReach = 37,
+    /// Where the flutes of a trunk stand, and the long side of a branch's cross-section.
+    CrossSection = 96,
+    /// When a branch swings in the wind.
+    WindPhase = 97,
 }
 
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
