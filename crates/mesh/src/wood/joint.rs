@@ -8,6 +8,7 @@ use deeptree_graph::{BranchGraph, NodeId, Vec3};
 
 use super::axis::{Axis, Sample};
 use super::limbs::Limbs;
+use super::ring::Ring;
 use super::spread::{Interval, spread, spread_around};
 use crate::options::WoodOptions;
 use crate::tubes::MIN_RADIUS;
@@ -52,10 +53,10 @@ pub(crate) struct Exit {
     side: Vec3,
     /// Half of the collar's length along the parent, in metres.
     pub(crate) half: f32,
-    /// Half of the collar's width around the parent, in radians.
-    pub(crate) half_angle: f32,
-    /// Half of the patch's width, in radians.
-    patch: f32,
+    /// Half of the collar's width around the parent, in metres along the surface's chord.
+    pub(crate) rim: f32,
+    /// The same in radians, at the parent's radius there.
+    half_angle: f32,
 }
 
 /// A stretch of a limb that laterals leave from: a range of exits.
@@ -75,8 +76,8 @@ pub(crate) struct Patch {
     pub(crate) center: f32,
     /// Half of its width, in radians.
     pub(crate) half: f32,
-    /// Share of the half-angles that found room.
-    pub(crate) scale: f32,
+    /// Half of the width of the collar in it, in radians.
+    pub(crate) half_angle: f32,
     /// Its first column, below the ring's sides, and the one after its last.
     pub(crate) columns: (i32, i32),
 }
@@ -136,9 +137,6 @@ pub(crate) fn exit(
     let along = way.dot(at.tangent);
     let rise = libm::sqrtf((1.0 - along * along).max(0.0)).max(LEAST_RISE);
     let rim = options.collar * radius;
-    let sin = (rim / at.radius).min(1.0);
-    let half_angle = libm::asinf(sin).min(MAX_HALF_ANGLE);
-    let sides = options.sides(at.radius) as f32;
     Exit {
         limb: lateral.limb,
         outside: outside.map(|(id, ..)| id),
@@ -146,9 +144,14 @@ pub(crate) fn exit(
         s: at.s,
         side,
         half: rim / rise,
-        half_angle,
-        patch: (RIM * half_angle).max(0.35 * core::f32::consts::TAU / sides),
+        rim,
+        half_angle: half_angle(rim, at.radius),
     }
+}
+
+/// Half of the angle that a collar takes around a limb.
+fn half_angle(rim: f32, radius: f32) -> f32 {
+    libm::asinf((rim / radius).min(1.0)).min(MAX_HALF_ANGLE)
 }
 
 /// The unit direction from the axis towards `point`, or failing that, towards `way`.
@@ -230,20 +233,16 @@ fn settle(exits: &mut [Exit], low: f32, high: f32, bands: &mut [Band]) {
 }
 
 /// Gives each exit of a band a patch of columns of a ring of `sides` sides, at least two a patch;
-/// `x` and `y` are the ring's directions at no turn and a quarter.
-pub(crate) fn patches(
-    exits: &[Exit],
-    band: &Band,
-    sides: u32,
-    (x, y): (Vec3, Vec3),
-    out: &mut Vec<Patch>,
-) {
+/// `ring` is the band's lower one.
+pub(crate) fn patches(exits: &[Exit], band: &Band, sides: u32, ring: &Ring, out: &mut Vec<Patch>) {
     out.clear();
     let tau = core::f32::consts::TAU;
     out.extend(band.exits.clone().map(|exit| {
         let side = exits[exit].side;
-        let center = libm::atan2f(side.dot(y), side.dot(x)).rem_euclid(tau);
-        Patch { exit, center, half: exits[exit].patch, scale: 1.0, columns: (0, 0) }
+        let center = libm::atan2f(side.dot(ring.y), side.dot(ring.x)).rem_euclid(tau);
+        let half_angle = half_angle(exits[exit].rim, ring.radius);
+        let half = (RIM * half_angle).max(0.35 * tau / sides as f32);
+        Patch { exit, center, half, half_angle, columns: (0, 0) }
     }));
     out.sort_by(|a, b| a.center.total_cmp(&b.center));
 
@@ -258,7 +257,7 @@ pub(crate) fn patches(
     for (patch, place) in out.iter_mut().zip(&places) {
         patch.center = place.center;
         patch.half *= scale;
-        patch.scale = scale;
+        patch.half_angle *= scale;
     }
     columns(out, sides as i32);
 }

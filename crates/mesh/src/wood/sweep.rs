@@ -406,7 +406,7 @@ impl<'a> Sweep<'a> {
         let sides = self.sides(row.sides, sample.radius).max(2 * count);
         let mut patches = core::mem::take(&mut self.patches);
         let mut angles = Vec::new();
-        joint::patches(exits, band, sides, (ring.x, ring.y), &mut patches);
+        joint::patches(exits, band, sides, &ring, &mut patches);
         joint::angles(&mut patches, sides, &mut angles);
 
         let low = self.go_on(&row, &sample, section, angles);
@@ -439,10 +439,11 @@ impl<'a> Sweep<'a> {
         let length = high.ring.s - low.ring.s;
         let middle = (exit.s - low.ring.s) / length;
         let half = (exit.half / length).min(0.85 * middle.min(1.0 - middle));
-        let half_angle = (exit.half_angle * patch.scale).min(0.85 * patch.half);
+        let half_angle = patch.half_angle.min(0.85 * patch.half);
         let size = self.options.texture_size;
 
-        let sides = self.options.sides(exit.radius);
+        let lateral = exit.radius.min(low.ring.radius);
+        let sides = self.options.sides(lateral);
         self.circle(sides);
         let rim = self.mesh.positions.len() as u32;
         for k in 0..sides as usize {
@@ -496,7 +497,7 @@ impl<'a> Sweep<'a> {
             foot: -up,
             rise: rise(to.try_normalize().unwrap_or(normal), normal, up),
             normal,
-            radius: exit.radius,
+            radius: lateral,
             rim_radius: 0.5 * (half * length + half_angle * low.ring.radius),
             outside: exit.outside,
         });
