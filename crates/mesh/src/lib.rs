@@ -20,6 +20,7 @@
 
 #![forbid(unsafe_code)]
 
+mod budget;
 mod circle;
 mod internode;
 mod mesh;
@@ -27,6 +28,7 @@ mod options;
 mod tubes;
 mod wood;
 
+pub use budget::{BudgetError, within};
 pub use internode::Internode;
 pub use mesh::{Mesh, Tube};
 pub use options::{MAX_SIDES, WoodOptions, WoodOptionsError};

@@ -115,6 +115,33 @@ impl Mesh {
         self.triangles().map(|[a, b, c]| f64::from((b - a).cross(c - a).length()) / 2.0).sum()
     }
 
+    /// Sets the normals to the mean of the faces around each vertex, weighted by area; vertices that
+    /// stand beside others with a normal of their own, as at the foot, keep it.
+    pub(crate) fn smooth(&mut self) {
+        let mut sums = vec![Vec3::ZERO; self.vertex_count()];
+        for (t, welded) in
+            self.indices.as_chunks::<3>().0.iter().zip(self.welded().as_chunks::<3>().0)
+        {
+            let [a, b, c] = t.map(|i| self.positions[i as usize]);
+            let face = (b - a).cross(c - a);
+            for (&i, &one) in t.iter().zip(welded) {
+                // A copy with another normal is an edge.
+                let smooth = self.normals[i as usize].dot(self.normals[one as usize]) > 0.5;
+                if smooth {
+                    sums[one as usize] += face;
+                }
+            }
+        }
+        let mut one: Vec<u32> = (0..self.vertex_count() as u32).collect();
+        for &[copy, original] in &self.seams {
+            let smooth = self.normals[copy as usize].dot(self.normals[original as usize]) > 0.5;
+            one[copy as usize] = if smooth { original } else { copy };
+        }
+        for (normal, one) in self.normals.iter_mut().zip(one) {
+            *normal = sums[one as usize].try_normalize().unwrap_or(*normal);
+        }
+    }
+
     /// Tangents for normal maps, one a vertex: the direction in which u grows, square to the
     /// normal, and the sign of the bitangent: `bitangent = sign · normal × tangent`, the direction
     /// in which v grows (upwards in the picture).

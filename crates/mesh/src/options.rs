@@ -1,5 +1,7 @@
 //! How finely wood is meshed.
 
+use crate::wood::{BARKED, GRAIN};
+
 /// The most sides a ring can have.
 pub const MAX_SIDES: u32 = 256;
 
@@ -15,7 +17,7 @@ pub struct WoodOptions {
     /// gets 12 sides. Towards 0 everything gets `max_sides`.
     pub tolerance: f32,
     /// How far the axis of a limb may lie beside the smooth curve through its nodes, in metres: at
-    /// bends there are as many rings as that takes. Default 0.01.
+    /// bends there are as many rings as that takes. Default 0.02.
     pub axis_tolerance: f32,
     /// Laterals thinner than this are left out with all they carry, radius in metres. Default 0.
     pub min_radius: f32,
@@ -44,7 +46,7 @@ impl Default for WoodOptions {
             min_sides: 5,
             max_sides: 24,
             tolerance: 0.004,
-            axis_tolerance: 0.01,
+            axis_tolerance: 0.02,
             min_radius: 0.0,
             collar_rings: 2,
             collar: 1.35,
@@ -79,9 +81,9 @@ impl WoodOptions {
         let best = Self::default();
         let (min_sides, max_sides, tolerance, axis_tolerance, collar_rings) = match level {
             0 => return best,
-            1 => (4, 16, 0.008, 0.03, 1),
-            2 => (3, 10, 0.02, 0.1, 0),
-            _ => (3, 6, 0.06, 0.3, 0),
+            1 => (4, 16, 0.008, 0.06, 1),
+            2 => (3, 10, 0.02, 0.2, 0),
+            _ => (3, 6, 0.06, 0.6, 0),
         };
         Self { min_sides, max_sides, tolerance, axis_tolerance, collar_rings, ..best }
     }
@@ -125,6 +127,10 @@ impl WoodOptions {
     ///
     /// A chord of an n-gon lies `r (1 − cos(π/n)) < r π² / (2 n²)` inside its circle.
     pub(crate) fn sides(&self, radius: f32) -> u32 {
+        if self.bark > 0.0 && radius > BARKED.0 {
+            let grains = core::f32::consts::TAU * radius / GRAIN;
+            return (libm::ceilf(grains) as u32).clamp(self.min_sides, MAX_SIDES);
+        }
         let needed = core::f32::consts::PI * libm::sqrtf(radius / (2.0 * self.tolerance));
         (libm::ceilf(needed) as u32).clamp(self.min_sides, self.max_sides)
     }

@@ -3,7 +3,7 @@
 use deeptree_graph::{NodeId, Vec3};
 
 use super::axis::Sample;
-use super::ring::{Ring, Row};
+use super::ring::{Ring, Row, texture};
 use super::section::Section;
 use super::sweep::Sweep;
 use crate::circle::{carry, square};
@@ -66,6 +66,13 @@ impl Strand {
     }
 }
 
+/// The normal where the surface goes on with the normal of `face`: smooth, but for sharp creases.
+fn crease(normal: Vec3, face: Vec3) -> Vec3 {
+    let Some(face) = face.try_normalize() else { return normal };
+    let smooth = (2.0 * face.dot(normal)).clamp(0.0, 1.0);
+    (face * (1.0 - smooth) + normal * smooth).try_normalize().unwrap_or(normal)
+}
+
 impl Sweep<'_> {
     /// Writes the collar of a limb up to its ring at `end`.
     pub(crate) fn collar(&mut self, joint: &Joint, end: &Sample, section: &Section) -> Row {
@@ -91,19 +98,24 @@ impl Sweep<'_> {
             let strand = &strands[k % n];
             let length = strand.from.0.distance(strand.to.0);
             let radius = joint.rim_radius + (ring.radius - joint.rim_radius) * t;
-            super::ring::texture(k as f32 * step, radius, ring.v - length * (1.0 - t), size)
+            texture(k as f32 * step + ring.turn, radius, ring.v - length * (1.0 - t), size)
         };
+
+        let fits = libm::sqrtf(0.25 * joint.radius / self.options.tolerance) as u32;
+        let rings = self.options.collar_rings.min(fits);
 
         // The rim once more, with the lateral's texture.
         let mut before = self.mesh.positions.len() as u32;
         for k in 0..=n {
             let original = joint.rim + (k % n) as u32;
-            let copy = self.mesh.copy(original, uv(k, 0.0));
-            self.mesh.nodes[copy as usize] = ring.node;
-            self.mesh.seams.push([copy, original]);
+            let (a, b) = (&strands[(k + n - 1) % n], &strands[(k + 1) % n]);
+            let next = strands[k % n].at(1.0 / (rings + 1) as f32);
+            let face = (b.from.0 - a.from.0).cross(next - strands[k % n].from.0);
+            let copy = self.mesh.copy(original, uv(k, 0.0)) as usize;
+            self.mesh.normals[copy] = crease(self.mesh.normals[copy], face);
+            self.mesh.nodes[copy] = ring.node;
+            self.mesh.seams.push([copy as u32, original]);
         }
-        let fits = libm::sqrtf(0.25 * joint.radius / self.options.tolerance) as u32;
-        let rings = self.options.collar_rings.min(fits);
         for i in 1..=rings {
             let t = i as f32 / (rings + 1) as f32;
             let first = self.mesh.positions.len() as u32;

@@ -6,6 +6,7 @@
 //! tube starts. Edges of the surface therefore always have two faces, whatever the geometry.
 
 mod axis;
+mod bark;
 mod collar;
 mod joint;
 mod limbs;
@@ -14,6 +15,8 @@ mod section;
 mod spread;
 mod sweep;
 mod zip;
+
+pub(crate) use bark::{BARKED, GRAIN};
 
 use deeptree_graph::BranchGraph;
 
@@ -44,5 +47,9 @@ pub fn wood(tree: &BranchGraph, options: &WoodOptions) -> Mesh {
     if let Err(error) = options.validate() {
         panic!("wood options: {error}");
     }
-    Sweep::new(tree, options).run()
+    let mut mesh = Sweep::new(tree, options).run();
+    if options.bark > 0.0 {
+        mesh.smooth();
+    }
+    mesh
 }

@@ -18,6 +18,9 @@ pub(crate) struct Ring {
     /// Directions at no turn and a quarter.
     pub(crate) x: Vec3,
     pub(crate) y: Vec3,
+    /// How far `x` has been turned about the limb since its start, for the next rings' vertices to
+    /// stand behind those of a band; texture and outline are not turned.
+    pub(crate) turn: f32,
     /// How far normals lean towards the tip: loss of radius along the limb.
     pub(crate) lean: f32,
     pub(crate) outline: Outline,
@@ -37,6 +40,7 @@ impl Ring {
             along: sample.tangent,
             x,
             y: sample.tangent.cross(x),
+            turn: -core::f32::consts::PI,
             lean: -sample.slope,
             outline: section.at(sample),
             v,
@@ -47,14 +51,20 @@ impl Ring {
     /// The next ring, turned against this one as little as possible.
     pub(crate) fn next(&self, sample: &Sample, section: &Section) -> Self {
         let x = carry(self.x, self.along, sample.tangent);
-        Self::new(sample, section, x, self.v + sample.position.distance(self.center))
+        let v = self.v + sample.position.distance(self.center);
+        Self { turn: self.turn, ..Self::new(sample, section, x, v) }
     }
 
     /// Position and normal at an angle given with its cosine and sine.
     pub(crate) fn point(&self, angle: f32, turn: [f32; 2]) -> (Vec3, Vec3) {
-        let (out, normal) = self.outline.point(angle, turn, self.x, self.y);
+        let (out, normal) = self.outline.point(angle + self.turn, turn, self.x, self.y);
         let normal = normal + self.along * self.lean;
         (self.center + out * self.radius, normal)
+    }
+
+    /// Texture coordinates at an angle.
+    pub(crate) fn texture(&self, angle: f32, size: f32) -> [f32; 2] {
+        texture(angle + self.turn, self.radius, self.v, size)
     }
 
     /// Whether the cross-section is a circle.
@@ -74,6 +84,19 @@ pub(crate) struct Row {
 }
 
 impl Row {
+    /// Turns the ring's directions so that its vertices stand, on the whole, as if evenly.
+    pub(crate) fn turn_columns(&mut self) {
+        let step = core::f32::consts::TAU / self.sides as f32;
+        let columns = self.angles[..self.sides as usize].iter().enumerate();
+        let drift: f32 = columns.map(|(k, angle)| angle - k as f32 * step).sum();
+        let turn = drift / self.sides as f32;
+        let (sin, cos) = libm::sincosf(turn);
+        let Ring { x, y, .. } = self.ring;
+        (self.ring.x, self.ring.y) = (x * cos + y * sin, y * cos - x * sin);
+        self.ring.turn += turn;
+        self.angles.iter_mut().for_each(|angle| *angle -= turn);
+    }
+
     /// The angle of each vertex, the last a turn after the first.
     pub(crate) fn fill_angles(&self, out: &mut Vec<f32>) {
         out.clear();
@@ -86,10 +109,10 @@ impl Row {
     }
 }
 
-/// Texture coordinates at an angle of a ring: in metres from the line opposite the seam, so that a
-/// texel has one size all over the tree.
+/// Texture coordinates at an angle from the middle line, opposite the seam at the start, of a limb:
+/// distances in textures, so that a texel has one size all over the tree.
 pub(crate) fn texture(angle: f32, radius: f32, v: f32, size: f32) -> [f32; 2] {
-    [(angle - core::f32::consts::PI) * radius / size, v / size]
+    [angle * radius / size, v / size]
 }
 
 impl Mesh {

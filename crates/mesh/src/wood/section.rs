@@ -3,12 +3,25 @@
 use deeptree_graph::{Draws, Vec3};
 
 use super::axis::Sample;
+use super::bark::{BARKED, fissure};
+use crate::options::WoodOptions;
 
-/// Thinner wood is round; radii in metres between which the flutes grow to their depth.
-const ROUND: (f32, f32) = (0.03, 0.15);
+/// Thinner wood is round.
+const ROUND: Growing = Growing(0.03, 0.15);
 
 /// Lobes of a trunk.
 const LOBES: [u32; 3] = [5, 6, 7];
+
+/// Radii in metres between which something grows from nothing to all of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Growing(pub(crate) f32, pub(crate) f32);
+
+impl Growing {
+    /// How much of it there is at a radius, 0 to 1.
+    pub(crate) fn share(self, radius: f32) -> f32 {
+        ((radius - self.0) / (self.1 - self.0)).clamp(0.0, 1.0)
+    }
+}
 
 /// The cross-sections of a limb: a closed curve `r (1 + e cos 2(θ−a) + f cos k(θ−b))`.
 #[derive(Clone, Copy, Debug)]
@@ -21,6 +34,8 @@ pub(crate) struct Section {
     phases: (f32, f32),
     /// More depth of the lobes at the foot of the trunk, and how far up it reaches, in metres.
     foot: (f32, f32),
+    /// Depth of the bark's fissures in metres.
+    bark: f32,
 }
 
 /// A cross-section at one place of a limb.
@@ -29,11 +44,19 @@ pub(crate) struct Outline {
     ellipse: (f32, f32),
     flute: (f32, f32),
     lobes: f32,
+    /// Depth of the fissures as a share of the radius, the radius, and the place along the limb.
+    bark: (f32, f32, f32),
 }
 
 impl Section {
     /// The cross-sections of a limb of this order; `foot` is the radius of a trunk at the ground.
-    pub(crate) fn new(depth: f32, order: u16, foot: Option<f32>, mut draws: Draws) -> Self {
+    pub(crate) fn new(
+        options: &WoodOptions,
+        order: u16,
+        foot: Option<f32>,
+        mut draws: Draws,
+    ) -> Self {
+        let depth = options.fluting;
         let order = f32::from(order) + 1.0;
         let tau = core::f32::consts::TAU;
         Self {
@@ -41,12 +64,13 @@ impl Section {
             lobes: LOBES[draws.index(LOBES.len())] as f32,
             phases: (tau * draws.uniform() as f32, tau * draws.uniform() as f32),
             foot: foot.map_or((0.0, 1.0), |radius| (1.5 * depth, 1.5 * radius)),
+            bark: options.bark,
         }
     }
 
     /// The cross-section at a point of the axis.
     pub(crate) fn at(&self, sample: &Sample) -> Outline {
-        let thick = ((sample.radius - ROUND.0) / (ROUND.1 - ROUND.0)).clamp(0.0, 1.0);
+        let thick = ROUND.share(sample.radius);
         let depth = self.depth * thick;
         let mut flute = 0.6 * depth;
         if self.foot.0 > 0.0 {
@@ -58,6 +82,11 @@ impl Section {
             ellipse: (depth, self.phases.0 + turn),
             flute: (flute, self.phases.1 + turn),
             lobes: self.lobes,
+            bark: (
+                self.bark * BARKED.share(sample.radius) / sample.radius,
+                sample.radius,
+                sample.s,
+            ),
         }
     }
 }
@@ -65,7 +94,7 @@ impl Section {
 impl Outline {
     /// Whether the cross-section is a circle.
     pub(crate) fn is_round(&self) -> bool {
-        self.ellipse.0 < 1e-3 && self.flute.0 < 1e-3
+        self.ellipse.0 < 1e-3 && self.flute.0 < 1e-3 && self.bark.0 <= 0.0
     }
 
     /// Radius at an angle as a share of the ring's, and its derivative by the angle.
@@ -75,7 +104,13 @@ impl Outline {
         }
         let (sin2, cos2) = libm::sincosf(2.0 * (angle - self.ellipse.1));
         let (sink, cosk) = libm::sincosf(self.lobes * (angle - self.flute.1));
-        let radius = 1.0 + self.ellipse.0 * cos2 + self.flute.0 * cosk;
+        let mut radius = 1.0 + self.ellipse.0 * cos2 + self.flute.0 * cosk;
+        let (depth, size, s) = self.bark;
+        if depth > 0.0 {
+            // Normals of rough bark are those of its faces: the slope leaves the fissures out.
+            let (sin, cos) = libm::sincosf(angle);
+            radius -= depth * fissure(size * cos, size * sin, s);
+        }
         let slope = -2.0 * self.ellipse.0 * sin2 - self.lobes * self.flute.0 * sink;
         (radius, slope)
     }

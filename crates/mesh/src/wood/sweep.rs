@@ -3,6 +3,7 @@
 use deeptree_graph::{BranchGraph, Lineage, NodeId, Purpose, Seed, Vec3};
 
 use super::axis::{Axis, Flare, Sample};
+use super::bark::{BARKED, GRAIN};
 use super::collar::Joint;
 use super::joint::{Band, Exit, LEAST_RISE, Lateral, Patch};
 use super::limbs::Limbs;
@@ -29,6 +30,9 @@ const CLOSE: f32 = 0.3;
 
 /// At most this many rings an internode for its bend.
 const MAX_RINGS: f32 = 16.0;
+
+/// At most this many rings an internode for its bark.
+const MAX_PIECES: f32 = 1000.0;
 
 /// What a limb is built from, and room to work in; the limb's parts are taken out while in use.
 pub(crate) struct Sweep<'a> {
@@ -112,7 +116,7 @@ impl<'a> Sweep<'a> {
         let draws = Seed(self.tree.info.seed)
             .draws(Lineage::ROOT, Purpose::CrossSection)
             .at(u64::from(start));
-        let section = Section::new(self.options.fluting, order, foot, draws);
+        let section = Section::new(self.options, order, foot, draws);
 
         let mut exits = core::mem::take(&mut self.exits);
         let mut bands = core::mem::take(&mut self.bands);
@@ -233,7 +237,7 @@ impl<'a> Sweep<'a> {
                 let (position, normal) =
                     ring.point(if k as u32 == sides { 0.0 } else { angle }, turn);
                 let normal = if outward > 0.0 { normal * outward } else { normal.normalize() };
-                let uv = texture(angle, ring.radius, ring.v, size);
+                let uv = ring.texture(angle, size);
                 self.mesh.vertex(position, normal, uv, ring.node);
             }
         } else {
@@ -241,10 +245,10 @@ impl<'a> Sweep<'a> {
                 let (sin, cos) = libm::sincosf(angle);
                 let (position, normal) = ring.point(angle, [cos, sin]);
                 let normal = if outward > 0.0 { normal * outward } else { normal.normalize() };
-                let uv = texture(angle, ring.radius, ring.v, size);
+                let uv = ring.texture(angle, size);
                 self.mesh.vertex(position, normal, uv, ring.node);
             }
-            let uv = texture(angles[sides as usize], ring.radius, ring.v, size);
+            let uv = ring.texture(angles[sides as usize], size);
             self.mesh.copy(first, uv);
         }
         self.mesh.seams.push([first + sides, first]);
@@ -253,13 +257,20 @@ impl<'a> Sweep<'a> {
 
     /// Writes the triangles between two rows.
     fn join(&mut self, low: &Row, high: &Row) {
-        if low.sides == high.sides {
-            self.mesh.quads(low.first, high.first, low.sides);
-            return;
-        }
+        let even = |row: &Row| row.angles.is_empty();
         let [from, to] = &mut self.angles;
-        low.fill_angles(from);
-        high.fill_angles(to);
+        if !(even(low) && even(high)) || low.sides != high.sides {
+            low.fill_angles(from);
+            high.fill_angles(to);
+        }
+        if low.sides == high.sides {
+            let side = core::f32::consts::TAU / low.sides as f32;
+            let twist = |(a, b): (&f32, &f32)| (a - b).abs() > 0.4 * side;
+            if even(low) && even(high) || !from.iter().zip(&*to).any(twist) {
+                self.mesh.quads(low.first, high.first, low.sides);
+                return;
+            }
+        }
         let indices = &mut self.mesh.indices;
         zip::strip(from, to, |corners| {
             let vertex =
@@ -306,7 +317,21 @@ impl<'a> Sweep<'a> {
         let off = sample.position.distance_squared(from.position.lerp(to.position, share));
         let thinner = (from.radius + (to.radius - from.radius) * share - sample.radius).abs();
         let limit = self.options.axis_tolerance;
-        off < limit * limit && thinner < 0.5 * self.options.tolerance
+        off < limit * limit
+            && thinner < 0.5 * self.options.tolerance
+            && from.tangent.distance(to.tangent) < 2.0 * self.most_bend(sample.radius)
+            && !self.is_barked(sample.radius)
+    }
+
+    /// The most that a limb may bend between two rings, in radians: thick wood shows its corners.
+    fn most_bend(&self, radius: f32) -> f32 {
+        let coarse = libm::sqrtf(self.options.axis_tolerance / 0.02);
+        (0.1 + 0.008 / radius) * coarse
+    }
+
+    /// Whether wood of this radius gets rings for its fissures.
+    fn is_barked(&self, radius: f32) -> bool {
+        self.options.bark > 0.0 && radius > BARKED.0
     }
 
     /// Points between a row and `end` where rings may stand: at stations, between them where the
@@ -314,15 +339,16 @@ impl<'a> Sweep<'a> {
     fn candidates(&self, row: &Row, end: f32, out: &mut Vec<Sample>) {
         out.clear();
         let axis = &self.axis;
-        let begin = row.ring.s + CLOSE * row.ring.radius;
+        let close = |radius: f32| if self.is_barked(radius) { 0.5 * GRAIN } else { CLOSE * radius };
+        let begin = row.ring.s + close(row.ring.radius);
         let push = |s: f32, out: &mut Vec<Sample>| {
             let sample = axis.at(s);
-            let last = out.last().map_or(begin, |last| last.s + CLOSE * last.radius);
-            if s > last && s < end - CLOSE * sample.radius {
+            let last = out.last().map_or(begin, |last| last.s + close(last.radius));
+            if s > last && s < end - close(sample.radius) {
                 out.push(sample);
             }
         };
-        if let Some(length) = axis.flare_length() {
+        if let Some(length) = axis.flare_length().filter(|_| self.options.bark <= 0.0) {
             for share in [0.12, 0.3, 0.55, 0.9, 1.4, 2.2, 3.2] {
                 push(share * length, out);
             }
@@ -334,9 +360,13 @@ impl<'a> Sweep<'a> {
             }
             let length = pair[1].s - pair[0].s;
             // The arrow of an arc with this bend.
-            let arrow = pair[0].bend(&pair[1]) * length / 8.0;
-            let pieces = libm::ceilf(libm::sqrtf(arrow / self.options.axis_tolerance));
-            let pieces = pieces.clamp(1.0, MAX_RINGS) as u32;
+            let bend = pair[0].bend(&pair[1]);
+            let arrow = bend * length / 8.0;
+            let pieces = libm::sqrtf(arrow / self.options.axis_tolerance)
+                .max(bend / self.most_bend(pair[1].radius))
+                .min(MAX_RINGS);
+            let barked = if self.is_barked(pair[0].radius) { length / GRAIN } else { 1.0 };
+            let pieces = libm::ceilf(pieces.max(barked)).clamp(1.0, MAX_PIECES) as u32;
             for k in 1..=pieces {
                 push(pair[0].s + length * k as f32 / pieces as f32, out);
             }
@@ -403,7 +433,7 @@ impl<'a> Sweep<'a> {
         let sample = self.axis.at(band.low);
         let ring = row.ring.next(&sample, section);
         let count = band.exits.len() as u32;
-        let sides = self.sides(row.sides, sample.radius).max(2 * count);
+        let sides = self.sides(row.sides, sample.radius).max(if count > 1 { 3 * count } else { 3 });
         let mut patches = core::mem::take(&mut self.patches);
         let mut angles = Vec::new();
         joint::patches(exits, band, sides, &ring, &mut patches);
@@ -430,7 +460,8 @@ impl<'a> Sweep<'a> {
             self.patch(&low, &high, patch, &exits[patch.exit]);
         }
         self.patches = patches;
-        // The ring after a band stands evenly again.
+        let mut high = high;
+        high.turn_columns();
         high
     }
 
@@ -452,7 +483,7 @@ impl<'a> Sweep<'a> {
             let at = between(&low.ring, &high.ring, share, angle);
             let mix = |a: f32, b: f32| a + (b - a) * share;
             let radius = mix(low.ring.radius, high.ring.radius);
-            let uv = texture(angle, radius, mix(low.ring.v, high.ring.v), size);
+            let uv = texture(angle + low.ring.turn, radius, mix(low.ring.v, high.ring.v), size);
             self.mesh.vertex(at.0, at.1, uv, high.ring.node);
         }
 
@@ -469,7 +500,7 @@ impl<'a> Sweep<'a> {
             let mut vertex = row.first + within as u32;
             if turned {
                 // Beyond the seam: the texture goes on, so the vertex stands there once more.
-                let uv = texture(angle, row.ring.radius, row.ring.v, size);
+                let uv = row.ring.texture(angle, size);
                 let copy = self.mesh.copy(vertex, uv);
                 self.mesh.seams.push([copy, vertex]);
                 vertex = copy;
