@@ -11,7 +11,7 @@ use deeptree_mesh::{WoodOptions, wood};
 use proptest::prelude::*;
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 192, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn any_tree_has_closed_wood_of_one_piece(tree in signature_tree(), level in 0u8..4) {

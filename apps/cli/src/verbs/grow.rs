@@ -14,7 +14,7 @@ pub(crate) fn run(args: &Args, verb: &args::Grow) -> Result<()> {
     let which = &verb.which;
     let parameters = parameters(verb)?;
     let target =
-        Target::new(&verb.out.output, verb.out.format, u64::from(which.count), verb.out.lod)?;
+        Target::new(&verb.out.output, verb.out.format, u64::from(which.count), &verb.out.mesh)?;
     if target.format == Format::Dtree {
         bail!(output::seed_files_are_generated());
     }

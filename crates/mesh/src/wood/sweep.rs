@@ -376,21 +376,24 @@ impl<'a> Sweep<'a> {
     /// The lowest ring of the trunk, and the disc below it.
     fn foot(&mut self, section: &Section) -> Row {
         let sample = self.axis.at(0.0);
+        let size = self.options.texture_size;
         let x = sample.tangent.any_orthonormal_vector();
         let ring = Ring::new(&sample, section, x, 0.0);
         let row = self.row(ring, self.options.sides(ring.radius), Vec::new());
         let start = self.mesh.positions.len() as u32;
         for k in 0..row.sides {
             let original = row.first + k;
-            let out =
-                (self.mesh.positions[original as usize] - ring.center) / self.options.texture_size;
+            let out = (self.mesh.positions[original as usize] - ring.center) / size;
             let uv = [-out.dot(ring.x), out.dot(ring.y)];
             let copy = self.mesh.copy(original, uv);
             self.mesh.normals[copy as usize] = -ring.along;
             self.mesh.seams.push([copy, original]);
         }
-        let fan = (1..row.sides - 1).flat_map(|k| [start, start + k + 1, start + k]);
-        self.mesh.indices.extend(fan);
+        // From the middle: seen from there, no flute hides another.
+        let middle = start + row.sides;
+        self.mesh.vertex(ring.center, -ring.along, [0.0, 0.0], ring.node);
+        let next = |k: u32| start + (k + 1) % row.sides;
+        self.mesh.indices.extend((0..row.sides).flat_map(|k| [middle, next(k), start + k]));
         row
     }
 
