@@ -6,10 +6,10 @@ use super::section::Growing;
 pub(crate) const BARKED: Growing = Growing(0.05, 0.12);
 
 /// Distance between rings and between sides on fissured bark, in metres.
-pub(crate) const GRAIN: f32 = 0.03;
+pub(crate) const GRAIN: f32 = 0.025;
 
 /// Width of a plate of bark around the limb and its length along it, in metres.
-const PLATE: (f32, f32) = (0.09, 0.4);
+const PLATE: (f32, f32) = (0.07, 0.35);
 
 /// Depth of the surface at a point around and along a limb, in metres: 0 on the plates of the
 /// bark, 1 at the bottom of the fissures between them.
@@ -17,10 +17,18 @@ const PLATE: (f32, f32) = (0.09, 0.4);
 /// Fissures run where a smooth random field changes its sign; a finer field roughens the plates.
 pub(crate) fn fissure(x: f32, z: f32, along: f32) -> f32 {
     let (around, length) = PLATE;
-    let field = noise([x / around, along / length, z / around]);
-    let fine = noise([3.1 * x / around, 2.3 * along / length, 3.1 * z / around]);
-    let edge = (1.0 - (2.0 * field + 0.5 * fine).abs() * 2.0).max(0.0);
-    (edge * (2.0 - edge) + 0.15 * fine.abs()).min(1.0)
+    let field = |fine: f32, shift: f32| {
+        noise([fine * x / around + shift, fine * along / length, fine * z / around - shift])
+    };
+    // The way bends, so that fissures do.
+    let bend = 0.6 * field(0.5, 9.5);
+    let run = noise([x / around + bend, along / length + 0.4 * bend, z / around - bend]);
+    let lines = (1.0 - 3.5 * run.abs()).max(0.0);
+    // Between the long fissures, short ones across and along.
+    let cracks = 0.6 * (1.0 - 6.0 * field(1.9, 4.25).abs()).max(0.0);
+    let rough = 0.12 * field(4.1, 0.5).abs();
+    let edge = lines.max(cracks);
+    (edge * (2.0 - edge) + rough).clamp(0.0, 1.0)
 }
 
 /// A smooth random field with values in −1 to 1: random at whole numbers, eased between them.

@@ -49,6 +49,7 @@ pub(crate) struct Sweep<'a> {
     exits: Vec<Exit>,
     bands: Vec<Band>,
     patches: Vec<Patch>,
+    rows: Vec<Row>,
     samples: Vec<Sample>,
     angles: [Vec<f32>; 2],
     loops: (Vec<u32>, Vec<[f32; 2]>),
@@ -81,6 +82,7 @@ impl<'a> Sweep<'a> {
             exits: Vec::new(),
             bands: Vec::new(),
             patches: Vec::new(),
+            rows: Vec::new(),
             samples: Vec::new(),
             angles: [Vec::new(), Vec::new()],
             loops: (Vec::new(), Vec::new()),
@@ -442,10 +444,14 @@ impl<'a> Sweep<'a> {
         joint::patches(exits, band, sides, &ring, &mut patches);
         joint::angles(&mut patches, sides, &mut angles);
 
-        let low = self.go_on(&row, &sample, section, angles);
-        let sample = self.axis.at(band.high);
-        let ring = low.ring.next(&sample, section);
-        let high = self.row(ring, sides, low.angles.clone());
+        let mut rows = core::mem::take(&mut self.rows);
+        rows.clear();
+        rows.push(self.go_on(&row, &sample, section, angles));
+        for sample in self.within(band) {
+            let before = &rows[rows.len() - 1];
+            let (ring, angles) = (before.ring.next(&sample, section), before.angles.clone());
+            rows.push(self.row(ring, sides, angles));
+        }
 
         self.taken.clear();
         self.taken.resize(sides as usize, false);
@@ -454,25 +460,40 @@ impl<'a> Sweep<'a> {
                 self.taken[column.rem_euclid(sides as i32) as usize] = true;
             }
         }
-        for column in 0..sides {
-            if !self.taken[column as usize] {
-                self.mesh.quads(low.first + column, high.first + column, 1);
+        for pair in rows.windows(2) {
+            for column in (0..sides).filter(|&column| !self.taken[column as usize]) {
+                self.mesh.quads(pair[0].first + column, pair[1].first + column, 1);
             }
         }
         for patch in &patches {
-            self.patch(&low, &high, patch, &exits[patch.exit]);
+            self.patch(&rows, patch, &exits[patch.exit]);
         }
         self.patches = patches;
-        let mut high = high;
+        let mut high = rows[rows.len() - 1].clone();
         high.turn_columns();
+        self.rows = rows;
         high
     }
 
+    /// The points of the axis where a band has its rings, after its lowest.
+    fn within(&self, band: &Band) -> Vec<Sample> {
+        let (low, high) = (self.axis.at(band.low), self.axis.at(band.high));
+        let length = band.high - band.low;
+        let bend = low.tangent.distance(high.tangent) / self.most_bend(low.radius);
+        let barked = if self.is_barked(low.radius) { length / GRAIN } else { 1.0 };
+        // Not so many that rings cross at the bend.
+        let most = (length / (CLOSE * low.radius)).max(barked);
+        let pieces = libm::ceilf(bend.max(barked).min(most).clamp(1.0, MAX_PIECES)) as u32;
+        let at = |k: u32| self.axis.at(band.low + length * k as f32 / pieces as f32);
+        (1..=pieces).map(at).collect()
+    }
+
     /// The rim of a collar, and the triangles between it and the sides around it.
-    fn patch(&mut self, low: &Row, high: &Row, patch: &Patch, exit: &Exit) {
+    fn patch(&mut self, rows: &[Row], patch: &Patch, exit: &Exit) {
+        let (low, high) = (&rows[0], &rows[rows.len() - 1]);
         let length = high.ring.s - low.ring.s;
-        let middle = (exit.s - low.ring.s) / length;
-        let half = (exit.half / length).min(0.85 * middle.min(1.0 - middle));
+        let middle = exit.s - low.ring.s;
+        let half = exit.half.min(0.85 * middle.min(length - middle));
         let half_angle = patch.half_angle.min(0.85 * patch.half);
         let size = self.options.texture_size;
 
@@ -482,19 +503,19 @@ impl<'a> Sweep<'a> {
         let rim = self.mesh.positions.len() as u32;
         for k in 0..sides as usize {
             let [cos, sin] = self.circles[sides as usize][k];
-            let (share, angle) = (middle - half * cos, patch.center + half_angle * sin);
-            let at = between(&low.ring, &high.ring, share, angle);
+            let (s, angle) = (exit.s - half * cos, patch.center + half_angle * sin);
+            let (a, b, share) = around(rows, s);
+            let at = between(a, b, share, angle);
             let mix = |a: f32, b: f32| a + (b - a) * share;
-            let radius = mix(low.ring.radius, high.ring.radius);
-            let uv = texture(angle + low.ring.turn, radius, mix(low.ring.v, high.ring.v), size);
-            self.mesh.vertex(at.0, at.1, uv, high.ring.node);
+            let uv = texture(angle + a.turn, mix(a.radius, b.radius), mix(a.v, b.v), size);
+            self.mesh.vertex(at.0, at.1, uv, b.node);
         }
 
         let (mut vertices, mut places) = core::mem::take(&mut self.loops);
         vertices.clear();
         places.clear();
         let (first, last) = patch.columns;
-        let mut side = |row: &Row, column: i32, height: f32| {
+        let mut side = |row: &Row, column: i32| {
             let n = row.sides as i32;
             let turned = column > n;
             let within = if turned { column - n } else { column };
@@ -509,10 +530,13 @@ impl<'a> Sweep<'a> {
                 vertex = copy;
             }
             vertices.push(vertex);
-            places.push([(angle - patch.center) / half_angle, height / half]);
+            places.push([(angle - patch.center) / half_angle, (row.ring.s - exit.s) / half]);
         };
-        (first..=last).for_each(|column| side(low, column, -middle));
-        (first..=last).rev().for_each(|column| side(high, column, 1.0 - middle));
+        let between_ends = &rows[1..rows.len() - 1];
+        (first..=last).for_each(|column| side(low, column));
+        between_ends.iter().for_each(|row| side(row, last));
+        (first..=last).rev().for_each(|column| side(high, column));
+        between_ends.iter().rev().for_each(|row| side(row, first));
         let indices = &mut self.mesh.indices;
         zip::ring(&places, &self.circles[sides as usize], |corners| {
             let vertex =
@@ -521,7 +545,8 @@ impl<'a> Sweep<'a> {
         });
         self.loops = (vertices, places);
 
-        let (center, normal) = between(&low.ring, &high.ring, middle, patch.center);
+        let (a, b, share) = around(rows, exit.s);
+        let (center, normal) = between(a, b, share, patch.center);
         let up = (high.ring.center - low.ring.center).normalize();
         let to = exit.outside.map_or(normal, |id| self.tree.node(id).position - center);
         self.joints[exit.limb as usize] = Some(Joint {
@@ -532,10 +557,17 @@ impl<'a> Sweep<'a> {
             rise: rise(to.try_normalize().unwrap_or(normal), normal, up),
             normal,
             radius: lateral,
-            rim_radius: 0.5 * (half * length + half_angle * low.ring.radius),
+            rim_radius: 0.5 * (half + half_angle * low.ring.radius),
             outside: exit.outside,
         });
     }
+}
+
+/// The rings of a band below and above a place on the axis, and the share of the way between.
+fn around(rows: &[Row], s: f32) -> (&Ring, &Ring, f32) {
+    let k = rows[1..rows.len() - 1].partition_point(|row| row.ring.s < s);
+    let (a, b) = (&rows[k].ring, &rows[k + 1].ring);
+    (a, b, (s - a.s) / (b.s - a.s))
 }
 
 /// Position and normal of the straight surface between two rings.
