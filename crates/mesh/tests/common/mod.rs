@@ -2,8 +2,6 @@
 
 #![allow(dead_code, reason = "no test file uses everything")]
 
-use std::collections::HashMap;
-
 use deeptree_graph::{BranchGraph, ChildSignature, Quat, TreeInfo, Vec3};
 use deeptree_mesh::{MIN_RADIUS, Mesh};
 use proptest::prelude::*;
@@ -59,38 +57,35 @@ pub(crate) fn check(mesh: &Mesh) -> Result<(), TestCaseError> {
         let place = |i: u32| mesh.positions[i as usize].to_array().map(f32::to_bits);
         prop_assert_eq!(place(copy), place(original));
     }
-    let mut edges: HashMap<(u32, u32), u32> = HashMap::new();
+    // Half edges by their ends, each with the third corner of its face.
+    let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(welded.len());
     for t in welded.chunks(3) {
         prop_assert!(t[0] != t[1] && t[1] != t[2] && t[2] != t[0]);
-        for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
-            *edges.entry((a, b)).or_default() += 1;
-        }
+        edges.extend([([t[0], t[1]], t[2]), ([t[1], t[2]], t[0]), ([t[2], t[0]], t[1])]);
     }
-    for (&(a, b), &times) in &edges {
-        prop_assert_eq!(times, 1, "edge {}-{} is run along {} times", a, b, times);
-        prop_assert!(edges.contains_key(&(b, a)), "edge {a}-{b} is open");
+    edges.sort_unstable();
+    let find = |a: u32, b: u32| edges.binary_search_by_key(&[a, b], |edge| edge.0).ok();
+    for pair in edges.windows(2) {
+        prop_assert!(pair[0].0 != pair[1].0, "edge {:?} is run along twice", pair[0].0);
+    }
+    for &([a, b], _) in &edges {
+        prop_assert!(find(b, a).is_some(), "edge {a}-{b} is open");
     }
 
     // Around each vertex: following faces from one to the next must visit all of them in one turn.
-    let mut after: HashMap<(u32, u32), u32> = HashMap::new();
-    let mut fans: HashMap<u32, (u32, u32)> = HashMap::new();
-    for t in welded.chunks(3) {
-        for (v, from, to) in [(t[0], t[1], t[2]), (t[1], t[2], t[0]), (t[2], t[0], t[1])] {
-            after.insert((v, from), to);
-            let fan = fans.entry(v).or_insert((from, 0));
-            fan.1 += 1;
-        }
-    }
-    for (&v, &(start, count)) in &fans {
+    let mut vertices = 0;
+    for fan in edges.chunk_by(|a, b| a.0[0] == b.0[0]) {
+        let ([v, start], _) = fan[0];
         let (mut at, mut steps) = (start, 0);
         loop {
-            at = after[&(v, at)];
+            at = edges[find(v, at).unwrap()].1;
             steps += 1;
-            if at == start || steps > count {
+            if at == start || steps > fan.len() {
                 break;
             }
         }
-        prop_assert_eq!(steps, count, "vertex {} has several fans", v);
+        prop_assert_eq!(steps, fan.len(), "vertex {} has several fans", v);
+        vertices += 1;
     }
 
     // One piece: union of the corners of all faces.
@@ -108,9 +103,10 @@ pub(crate) fn check(mesh: &Mesh) -> Result<(), TestCaseError> {
             piece[a as usize] = b;
         }
     }
-    let pieces = fans.keys().filter(|&&v| piece[v as usize] == v).count();
+    let own = |fan: &[([u32; 2], u32)]| piece[fan[0].0[0] as usize] == fan[0].0[0];
+    let pieces = edges.chunk_by(|a, b| a.0[0] == b.0[0]).filter(|fan| own(fan)).count();
     prop_assert_eq!(pieces, 1);
-    let (vertices, faces) = (fans.len() as i64, welded.len() as i64 / 3);
+    let faces = welded.len() as i64 / 3;
     prop_assert_eq!(vertices - edges.len() as i64 / 2 + faces, 2);
 
     prop_assert!(mesh.positions.iter().all(|p| p.is_finite()));
@@ -121,15 +117,7 @@ pub(crate) fn check(mesh: &Mesh) -> Result<(), TestCaseError> {
     for (i, corners) in mesh.triangles().enumerate() {
         // The thinnest sliver of a ring of the smallest radius is far above this.
         let least = 1e-6 * MIN_RADIUS * MIN_RADIUS;
-        prop_assert!(
-            double_area(corners) > least,
-            "triangle {i} {:?} of nodes {:?}: {corners:?}",
-            &mesh.indices[3 * i..3 * i + 3],
-            mesh.indices[3 * i..3 * i + 3]
-                .iter()
-                .map(|&v| (mesh.nodes[v as usize], mesh.uvs[v as usize]))
-                .collect::<Vec<_>>()
-        );
+        prop_assert!(double_area(corners) > least, "triangle {i}: {corners:?}");
     }
     prop_assert!(mesh.indices.iter().all(|&i| (i as usize) < mesh.vertex_count()));
     prop_assert_eq!(mesh.nodes.len(), mesh.vertex_count());
