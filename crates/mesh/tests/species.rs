@@ -15,6 +15,11 @@ fn grown(name: &str, seed: u64) -> BranchGraph {
     grow(name, species.parameters(Profile::default()), Seed(seed)).unwrap().tree
 }
 
+/// How many trees of each species: one, or as many as `DEEPTREE_MESH_SEEDS` says.
+fn seeds() -> u64 {
+    std::env::var("DEEPTREE_MESH_SEEDS").map_or(1, |text| text.parse().unwrap())
+}
+
 /// The share of triangles that face away from the normals at their corners.
 fn turned_over(mesh: &Mesh) -> f64 {
     let over = mesh.indices.chunks(3).filter(|t| {
@@ -29,7 +34,7 @@ fn turned_over(mesh: &Mesh) -> f64 {
 #[test]
 fn all_species_have_closed_wood_at_every_level_and_levels_halve() {
     for species in SPECIES {
-        for seed in 0..1 {
+        for seed in 0..seeds() {
             let tree = grown(species, seed);
             let counts: Vec<usize> = (0..4)
                 .map(|level| {

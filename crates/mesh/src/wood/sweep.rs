@@ -195,7 +195,7 @@ impl<'a> Sweep<'a> {
         }
         let flare = joint
             .is_none()
-            .then_some(Flare { amount: self.options.foot_flare - 1.0, length: 1.2 * radius });
+            .then_some(Flare { amount: self.options.foot_flare - 1.0, length: 1.8 * radius });
         axis.finish(joint.map(|joint| joint.rise), flare);
         let high = axis.len() - tip_zone;
         (wanted.min(high - room).max(least), high)
@@ -328,7 +328,7 @@ impl<'a> Sweep<'a> {
     /// The most that a limb may bend between two rings, in radians: thick wood shows its corners.
     fn most_bend(&self, radius: f32) -> f32 {
         let coarse = libm::sqrtf(self.options.axis_tolerance / 0.02);
-        (0.1 + 0.008 / radius) * coarse
+        (0.1 + 0.005 / radius) * coarse
     }
 
     /// Whether wood of this radius gets rings for its fissures.
