@@ -64,9 +64,44 @@ pub(crate) struct Out {
     /// The format, where the name of the output does not say it [default: glb].
     #[arg(long, value_name = "FORMAT")]
     pub(crate) format: Option<Format>,
+    #[command(flatten)]
+    pub(crate) mesh: MeshArgs,
+}
+
+/// How trees are meshed: for .glb, .obj and .ply.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Meshes")]
+pub(crate) struct MeshArgs {
     /// Level of detail of meshes, 0 (finest) to 3.
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3))]
     pub(crate) lod: u8,
+    /// The finest mesh of at most so many triangles, in place of a level of detail.
+    #[arg(long, value_name = "N", conflicts_with = "lod", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) max_triangles: Option<u32>,
+    /// One tube a branch, pushed into one another at forks, in place of one closed surface: fewer
+    /// triangles.
+    #[arg(long)]
+    pub(crate) tubes: bool,
+    /// Fissures in the bark of thick wood, as deep as this in metres [without a number: 0.02].
+    #[arg(long, value_name = "M", num_args = 0..=1, require_equals = true, default_missing_value = "0.02", conflicts_with = "tubes", value_parser = finite)]
+    pub(crate) bark: Option<f32>,
+    /// More attributes of vertices in .glb: tangents, labels (branch, order, node), wind (pivot,
+    /// phase, stiffness) or all.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum)]
+    pub(crate) attributes: Vec<Attribute>,
+}
+
+/// Attributes of vertices in GLB files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Attribute {
+    /// For normal maps.
+    Tangents,
+    /// `_BRANCH`, `_ORDER`, `_NODE`.
+    Labels,
+    /// `_PIVOT`, `_PHASE`, `_STIFFNESS`.
+    Wind,
+    /// All of them.
+    All,
 }
 
 /// Which trees.
@@ -381,9 +416,8 @@ pub(crate) struct OutPath {
     /// The format, where the name of the output does not say it.
     #[arg(long, value_name = "FORMAT")]
     pub(crate) format: Option<Format>,
-    /// Level of detail of meshes, 0 (finest) to 3.
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3))]
-    pub(crate) lod: u8,
+    #[command(flatten)]
+    pub(crate) mesh: MeshArgs,
 }
 
 /// A list of ranges.

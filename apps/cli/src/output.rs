@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use deeptree_export::tables::{TableMeta, TableWriter};
 use deeptree_export::{glb, obj, ply, write_atomically};
-use deeptree_graph::Share;
 use deeptree_graph::codec::csv::CsvWriter;
 use deeptree_graph::codec::{dtree::SeedFile, tree_format};
-use deeptree_mesh::{WoodOptions, wood};
+use deeptree_graph::{BranchGraph, Share};
+use deeptree_mesh::{Mesh, WoodOptions, tubes, within, wood};
 
-use crate::args::UsageError;
+use crate::args::{Attribute, MeshArgs, UsageError};
 use crate::batch::Made;
 use crate::format::Format;
 
@@ -20,7 +20,7 @@ use crate::format::Format;
 pub(crate) struct Target {
     pub(crate) path: PathBuf,
     pub(crate) format: Format,
-    pub(crate) lod: u8,
+    pub(crate) mesh: MeshArgs,
     /// The model that made the trees; none for trees of the growth model.
     pub(crate) model: Option<[u8; 16]>,
     /// The species that the trees' lies between; empty for trees of one.
@@ -31,7 +31,13 @@ pub(crate) struct Target {
 
 impl Target {
     /// Decides what `path` means for `count` trees.
-    pub(crate) fn new(path: &Path, format: Option<Format>, count: u64, lod: u8) -> Result<Self> {
+    pub(crate) fn new(
+        path: &Path,
+        format: Option<Format>,
+        count: u64,
+        mesh: &MeshArgs,
+    ) -> Result<Self> {
+        wood_options(mesh)?;
         let named = if is_stdout(path) || path.is_dir() { None } else { Format::of_path(path)? };
         let format = match (named, format) {
             (Some(named), Some(asked)) if named != asked => bail!(UsageError(format!(
@@ -48,7 +54,14 @@ impl Target {
                 format.extension()
             )));
         }
-        Ok(Self { path: path.to_owned(), format, lod, model: None, blend: Vec::new(), folder })
+        Ok(Self {
+            path: path.to_owned(),
+            format,
+            mesh: mesh.clone(),
+            model: None,
+            blend: Vec::new(),
+            folder,
+        })
     }
 
     /// Runs `make`, which hands over trees one by one, and writes them. Nothing is left behind
@@ -118,11 +131,13 @@ impl Target {
 
     fn write_one(&self, made: &Made, out: &mut (impl Write + Send)) -> Result<()> {
         let tree = &made.tree;
-        let mesh = || wood(tree, &WoodOptions::lod(self.lod));
+        let mesh = || mesh(tree, &self.mesh);
         match self.format {
-            Format::Glb => glb::write(&mesh(), &tree.info, out)?,
-            Format::Obj => obj::write(&mesh(), &tree.info, out)?,
-            Format::Ply => ply::write(&mesh(), &tree.info, out)?,
+            Format::Glb => {
+                glb::write_with(&mesh()?, &tree.info, attributes(&self.mesh), out)?;
+            }
+            Format::Obj => obj::write(&mesh()?, &tree.info, out)?,
+            Format::Ply => ply::write(&mesh()?, &tree.info, out)?,
             Format::Tree => tree_format::write(out, tree)?,
             Format::Csv | Format::Parquet => self.write_all(|take| take(made), out)?,
             Format::Dtree => out.write_all(&self.seed_file(made)?.to_bytes())?,
@@ -149,6 +164,33 @@ impl Target {
             root: germ.root.signature,
             traits: germ.root.traits,
         })
+    }
+}
+
+/// The options that are asked for.
+fn wood_options(args: &MeshArgs) -> Result<WoodOptions> {
+    let options = WoodOptions { bark: args.bark.unwrap_or(0.0), ..WoodOptions::lod(args.lod) };
+    options.validate().map_err(|error| UsageError(error.to_string()))?;
+    Ok(options)
+}
+
+/// The wood of a tree as it is asked for.
+fn mesh(tree: &BranchGraph, args: &MeshArgs) -> Result<Mesh> {
+    let options = wood_options(args)?;
+    let make = if args.tubes { tubes } else { wood };
+    Ok(match args.max_triangles {
+        Some(most) => within(tree, most as usize, &options, make)?,
+        None => make(tree, &options),
+    })
+}
+
+/// The attributes that are asked for.
+fn attributes(args: &MeshArgs) -> glb::Attributes {
+    let has = |wanted| args.attributes.iter().any(|&one| one == wanted || one == Attribute::All);
+    glb::Attributes {
+        tangents: has(Attribute::Tangents),
+        labels: has(Attribute::Labels),
+        wind: has(Attribute::Wind),
     }
 }
 

@@ -27,6 +27,10 @@ fn numbers_that_cannot_be_are_refused() {
         desk.fails(&[verb, "oak", "--seed", "-1", "-o", "a.glb"], USAGE, "--seed");
         desk.fails(&[verb, "oak", "--gravitropism", "NaN", "-o", "a.glb"], USAGE, "finite");
         desk.fails(&[verb, "oak", "--lod", "9", "-o", "a.glb"], USAGE, "--lod");
+        desk.fails(&[verb, "oak", "--max-triangles", "0", "-o", "a.glb"], USAGE, "--max-triangles");
+        desk.fails(&[verb, "oak", "--max-triangles", "7", "-o", "a.glb"], FAILED, "too few");
+        desk.fails(&[verb, "oak", "--bark=2", "-o", "a.glb"], USAGE, "bark is 2");
+        desk.fails(&[verb, "oak", "--attributes", "smell", "-o", "a.glb"], USAGE, "smell");
     }
     desk.fails(&["grow", "oak", "--gravitropism", "7", "-o", "a.glb"], USAGE, "between -1 and 1");
     desk.fails(&["grow", "oak", "--age", "3.5", "-o", "a.glb"], USAGE, "whole number");

@@ -8,10 +8,11 @@ use std::collections::BTreeMap;
 use std::io::{self, BufWriter, Write};
 
 use deeptree_graph::TreeInfo;
-use deeptree_mesh::Mesh;
+use deeptree_mesh::{Internode, Mesh};
 use gltf_json as json;
 use json::accessor::{ComponentType, GenericComponentType, Type};
 use json::buffer::Target;
+use json::mesh::Semantic;
 use json::validation::{Checked, USize64};
 use json::{Accessor, Index, Root};
 use serde_json::value::RawValue;
@@ -50,27 +51,122 @@ pub enum GlbError {
     Io(#[from] io::Error),
 }
 
-/// Where the parts of the binary chunk lie, in bytes.
+/// What is written of each vertex besides position, normal and texture coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Attributes {
+    /// `TANGENT`, for normal maps.
+    pub tangents: bool,
+    /// `_BRANCH`, `_ORDER` and `_NODE`: number of the Gravelius branch, its order, and number of
+    /// the node in the branch graph; as floats, for vertices may not hold integers of 32 bits.
+    pub labels: bool,
+    /// `_PIVOT`, `_PHASE` and `_STIFFNESS`: where the branch swings about in the wind in metres,
+    /// when as a share of a period, and its radius as a share of the trunk's.
+    pub wind: bool,
+}
+
+/// One property of all vertices.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Position,
+    Normal,
+    TexCoord,
+    Tangent,
+    Branch,
+    Order,
+    Node,
+    Pivot,
+    Phase,
+    Stiffness,
+}
+
+impl Part {
+    /// The properties that are written.
+    fn all(wanted: Attributes) -> Vec<Self> {
+        let mut all = vec![Self::Position, Self::Normal, Self::TexCoord];
+        if wanted.tangents {
+            all.push(Self::Tangent);
+        }
+        if wanted.labels {
+            all.extend([Self::Branch, Self::Order, Self::Node]);
+        }
+        if wanted.wind {
+            all.extend([Self::Pivot, Self::Phase, Self::Stiffness]);
+        }
+        all
+    }
+
+    const fn kind(self) -> Type {
+        match self {
+            Self::Position | Self::Normal | Self::Pivot => Type::Vec3,
+            Self::TexCoord => Type::Vec2,
+            Self::Tangent => Type::Vec4,
+            Self::Branch | Self::Order | Self::Node | Self::Phase | Self::Stiffness => Type::Scalar,
+        }
+    }
+
+    /// Bytes a vertex.
+    fn bytes(self) -> u64 {
+        4 * self.kind().multiplicity() as u64
+    }
+
+    fn semantic(self) -> Semantic {
+        let own = |name: &str| Semantic::Extras(name.to_owned());
+        match self {
+            Self::Position => Semantic::Positions,
+            Self::Normal => Semantic::Normals,
+            Self::TexCoord => Semantic::TexCoords(0),
+            Self::Tangent => Semantic::Tangents,
+            Self::Branch => own("BRANCH"),
+            Self::Order => own("ORDER"),
+            Self::Node => own("NODE"),
+            Self::Pivot => own("PIVOT"),
+            Self::Phase => own("PHASE"),
+            Self::Stiffness => own("STIFFNESS"),
+        }
+    }
+
+    fn write(self, mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
+        let scalars = |out: &mut _, of: fn(&Internode) -> f32| {
+            write_floats(out, (0..mesh.vertex_count()).map(|i| [of(mesh.internode(i))]))
+        };
+        match self {
+            Self::Position => write_floats(out, mesh.positions.iter().map(|p| p.to_array())),
+            Self::Normal => write_floats(out, mesh.normals.iter().map(|n| n.to_array())),
+            // v runs downwards here.
+            Self::TexCoord => write_floats(out, mesh.uvs.iter().map(|&[u, v]| [u, -v])),
+            Self::Tangent => write_floats(out, mesh.tangents().into_iter()),
+            Self::Branch => scalars(out, |internode| internode.branch as f32),
+            Self::Order => scalars(out, |internode| f32::from(internode.order)),
+            Self::Node => write_floats(out, mesh.nodes.iter().map(|&node| [node as f32])),
+            Self::Pivot => {
+                let pivot = |i| mesh.internode(i).pivot.to_array();
+                write_floats(out, (0..mesh.vertex_count()).map(pivot))
+            }
+            Self::Phase => scalars(out, |internode| internode.phase),
+            Self::Stiffness => scalars(out, |internode| internode.stiffness),
+        }
+    }
+}
+
+/// Where the parts of the binary chunk lie: the properties of the vertices, then the indices.
 struct Layout {
-    /// Lengths of positions, normals, texture coordinates and indices, in this order.
-    parts: [u64; 4],
+    parts: Vec<Part>,
+    /// Bytes of all indices.
+    indices: u64,
     /// Whether indices have 16 bits; 65535 is not a vertex then, it restarts strips.
     short: bool,
 }
 
 impl Layout {
-    fn of(mesh: &Mesh) -> Self {
-        let vertices = mesh.vertex_count() as u64;
-        let short = vertices <= u64::from(u16::MAX);
+    fn of(mesh: &Mesh, wanted: Attributes) -> Self {
+        let short = mesh.vertex_count() as u64 <= u64::from(u16::MAX);
         let index = if short { 2 } else { 4 };
-        Self {
-            parts: [12 * vertices, 12 * vertices, 8 * vertices, index * mesh.indices.len() as u64],
-            short,
-        }
+        Self { parts: Part::all(wanted), indices: index * mesh.indices.len() as u64, short }
     }
 
-    fn len(&self) -> u64 {
-        self.parts.iter().sum()
+    fn len(&self, mesh: &Mesh) -> u64 {
+        let vertices = mesh.vertex_count() as u64;
+        self.parts.iter().map(|part| part.bytes() * vertices).sum::<u64>() + self.indices
     }
 }
 
@@ -84,11 +180,25 @@ impl Layout {
 ///
 /// When the file would pass the 4 GiB that the format can count, or the output fails.
 pub fn write(mesh: &Mesh, info: &TreeInfo, out: &mut impl Write) -> Result<(), GlbError> {
-    let layout = Layout::of(mesh);
+    write_with(mesh, info, Attributes::default(), out)
+}
+
+/// As [`write`], with more attributes.
+///
+/// # Errors
+///
+/// When the file would pass the 4 GiB that the format can count, or the output fails.
+pub fn write_with(
+    mesh: &Mesh,
+    info: &TreeInfo,
+    attributes: Attributes,
+    out: &mut impl Write,
+) -> Result<(), GlbError> {
+    let layout = Layout::of(mesh, attributes);
     let mut text =
         json::serialize::to_vec(&describe(mesh, info, &layout)).map_err(io::Error::from)?;
     text.resize(text.len().next_multiple_of(4), b' ');
-    let binary = layout.len().next_multiple_of(4);
+    let binary = layout.len(mesh).next_multiple_of(4);
     let chunks = if binary > 0 { 2 } else { 1 };
     let bytes = HEADER + chunks * CHUNK_HEADER + text.len() as u64 + binary;
     let total = u32::try_from(bytes).map_err(|_| GlbError::TooLarge { bytes })?;
@@ -110,9 +220,9 @@ fn write_words<const N: usize>(out: &mut impl Write, words: [u32; N]) -> io::Res
 
 /// The contents of the binary chunk, filled up to whole words.
 fn write_numbers(out: &mut impl Write, mesh: &Mesh, layout: &Layout) -> io::Result<()> {
-    write_floats(out, mesh.positions.iter().map(|p| p.to_array()))?;
-    write_floats(out, mesh.normals.iter().map(|n| n.to_array()))?;
-    write_floats(out, mesh.uvs.iter().copied())?;
+    for part in &layout.parts {
+        part.write(mesh, out)?;
+    }
     for &index in &mesh.indices {
         if layout.short {
             out.write_all(&(index as u16).to_le_bytes())?;
@@ -120,7 +230,7 @@ fn write_numbers(out: &mut impl Write, mesh: &Mesh, layout: &Layout) -> io::Resu
             out.write_all(&index.to_le_bytes())?;
         }
     }
-    let padding = layout.len().next_multiple_of(4) - layout.len();
+    let padding = layout.len(mesh).next_multiple_of(4) - layout.len(mesh);
     out.write_all(&[0; 3][..padding as usize])
 }
 
@@ -158,34 +268,29 @@ fn asset(info: &TreeInfo) -> json::Asset {
 /// Adds buffer, views, accessors, material and mesh.
 fn push_mesh(root: &mut Root, mesh: &Mesh, layout: &Layout, name: &str) -> Index<json::Mesh> {
     let buffer = root.push(json::Buffer {
-        byte_length: USize64(layout.len()),
+        byte_length: USize64(layout.len(mesh)),
         name: None,
         uri: None,
         extensions: None,
         extras: None,
     });
-    let mut offset = 0;
-    let [positions, normals, uvs, indices] = [0, 1, 2, 3].map(|part| {
-        let target = if part == 3 { Target::ElementArrayBuffer } else { Target::ArrayBuffer };
-        let length = layout.parts[part];
-        offset += length;
-        root.push(view(buffer, offset - length, length, target))
-    });
     let vertices = mesh.vertex_count();
-    let mut positions = accessor(positions, vertices, ComponentType::F32, Type::Vec3);
-    if let Some((low, high)) = mesh.bounds() {
-        positions.min = Some(serde_json::json!(low.to_array()));
-        positions.max = Some(serde_json::json!(high.to_array()));
+    let mut offset = 0;
+    let mut attributes = BTreeMap::new();
+    for part in &layout.parts {
+        let length = part.bytes() * vertices as u64;
+        let view = root.push(view(buffer, offset, length, Target::ArrayBuffer));
+        offset += length;
+        let mut accessor = accessor(view, vertices, ComponentType::F32, part.kind());
+        if let (Part::Position, Some((low, high))) = (part, mesh.bounds()) {
+            accessor.min = Some(serde_json::json!(low.to_array()));
+            accessor.max = Some(serde_json::json!(high.to_array()));
+        }
+        attributes.insert(Checked::Valid(part.semantic()), root.push(accessor));
     }
-    let normals = accessor(normals, vertices, ComponentType::F32, Type::Vec3);
-    let uvs = accessor(uvs, vertices, ComponentType::F32, Type::Vec2);
+    let indices = root.push(view(buffer, offset, layout.indices, Target::ElementArrayBuffer));
     let kind = if layout.short { ComponentType::U16 } else { ComponentType::U32 };
     let indices = accessor(indices, mesh.indices.len(), kind, Type::Scalar);
-    let attributes = BTreeMap::from([
-        (Checked::Valid(json::mesh::Semantic::Positions), root.push(positions)),
-        (Checked::Valid(json::mesh::Semantic::Normals), root.push(normals)),
-        (Checked::Valid(json::mesh::Semantic::TexCoords(0)), root.push(uvs)),
-    ]);
     let primitive = json::mesh::Primitive {
         attributes,
         indices: Some(root.push(indices)),

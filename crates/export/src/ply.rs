@@ -1,4 +1,4 @@
-//! Stanford PLY (`.ply`), binary: with the branch and the order at each vertex.
+//! Stanford PLY (`.ply`), binary: with the branch, the order and the node at each vertex.
 
 use std::io::{self, BufWriter, Write};
 
@@ -10,7 +10,7 @@ use crate::numbers::{one_line, write_floats};
 /// Writes a mesh as little-endian binary PLY.
 ///
 /// Vertices: `x y z`, `nx ny nz`, `s t` (texture coordinates), `branch` (number of the Gravelius
-/// branch) and `order`. Faces: `vertex_indices`. The comments name the tree.
+/// branch), `order` and `node` (of the branch graph). Faces: `vertex_indices`. The comments name the tree.
 ///
 /// # Errors
 ///
@@ -18,15 +18,14 @@ use crate::numbers::{one_line, write_floats};
 pub fn write(mesh: &Mesh, info: &TreeInfo, out: &mut impl Write) -> io::Result<()> {
     let mut out = BufWriter::with_capacity(1 << 16, out);
     write_header(mesh, info, &mut out)?;
-    for tube in &mesh.tubes {
-        let (branch, order) = (tube.branch.to_le_bytes(), tube.order.to_le_bytes());
-        for i in tube.vertices.start as usize..tube.vertices.end as usize {
-            let vectors = [mesh.positions[i].to_array(), mesh.normals[i].to_array()];
-            write_floats(&mut out, vectors.into_iter())?;
-            write_floats(&mut out, [mesh.uvs[i]].into_iter())?;
-            out.write_all(&branch)?;
-            out.write_all(&order)?;
-        }
+    for i in 0..mesh.vertex_count() {
+        let vectors = [mesh.positions[i].to_array(), mesh.normals[i].to_array()];
+        write_floats(&mut out, vectors.into_iter())?;
+        write_floats(&mut out, [mesh.uvs[i]].into_iter())?;
+        let internode = mesh.internode(i);
+        out.write_all(&internode.branch.to_le_bytes())?;
+        out.write_all(&internode.order.to_le_bytes())?;
+        out.write_all(&mesh.nodes[i].to_le_bytes())?;
     }
     for corners in mesh.indices.as_chunks::<3>().0 {
         out.write_all(&[3])?;
@@ -47,7 +46,7 @@ fn write_header(mesh: &Mesh, info: &TreeInfo, out: &mut impl Write) -> io::Resul
     for name in ["x", "y", "z", "nx", "ny", "nz", "s", "t"] {
         writeln!(out, "property float {name}")?;
     }
-    writeln!(out, "property uint branch\nproperty ushort order")?;
+    writeln!(out, "property uint branch\nproperty ushort order\nproperty uint node")?;
     writeln!(out, "element face {}", mesh.triangle_count())?;
     writeln!(out, "property list uchar uint vertex_indices")?;
     writeln!(out, "end_header")

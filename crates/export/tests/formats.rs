@@ -4,7 +4,7 @@
 
 use deeptree_export::{glb, obj, ply};
 use deeptree_graph::testing::random_tree;
-use deeptree_graph::{BranchGraph, Vec3};
+use deeptree_graph::{BranchGraph, Vec3, branches};
 use deeptree_mesh::{Mesh, WoodOptions, wood};
 
 fn sample() -> (BranchGraph, Mesh) {
@@ -81,6 +81,37 @@ fn glb_holds_the_mesh_and_names_the_tree() {
 }
 
 #[test]
+fn glb_attributes_are_those_of_the_nodes() {
+    let (tree, mesh) = sample();
+    let mut bytes = Vec::new();
+    let all = glb::Attributes { tangents: true, labels: true, wind: true };
+    glb::write_with(&mesh, &tree.info, all, &mut bytes).unwrap();
+    let (json, binary) = open_glb(&bytes);
+    let offset = |name: &str| {
+        let accessor = json["meshes"][0]["primitives"][0]["attributes"][name].as_u64().unwrap();
+        let view = json["accessors"][accessor as usize]["bufferView"].as_u64().unwrap();
+        assert_eq!(json["accessors"][accessor as usize]["count"], mesh.vertex_count());
+        json["bufferViews"][view as usize]["byteOffset"].as_u64().unwrap() as usize
+    };
+    let [node, order, phase] = ["_NODE", "_ORDER", "_PHASE"].map(offset);
+    let [stiffness, pivot, tangent] = ["_STIFFNESS", "_PIVOT", "TANGENT"].map(offset);
+    let thickest = tree.root().thickness;
+    for i in 0..mesh.vertex_count() {
+        let own = tree.node(f32_at(binary, node + 4 * i) as u32);
+        assert_eq!(f32_at(binary, order + 4 * i), f32::from(own.order));
+        assert!((0.0..1.0).contains(&f32_at(binary, phase + 4 * i)));
+        let share = (own.thickness / thickest).min(1.0);
+        assert!((f32_at(binary, stiffness + 4 * i) - share).abs() < 1e-2);
+        // The branch starts its length before the node's tip.
+        let pivot = vec3_at(binary, pivot + 12 * i);
+        assert!(pivot.distance(own.position) < own.branch_distance + 1e-3);
+        let along = vec3_at(binary, tangent + 16 * i);
+        assert!((along.length() - 1.0).abs() < 1e-4);
+        assert!(along.dot(mesh.normals[i]).abs() < 1e-3);
+    }
+}
+
+#[test]
 fn glb_of_an_empty_mesh_has_no_binary_chunk() {
     let (tree, _) = sample();
     let mut bytes = Vec::new();
@@ -120,14 +151,20 @@ fn ply_rows_have_the_lengths_that_the_header_states() {
     assert_eq!((vertices, faces), (mesh.vertex_count(), mesh.triangle_count()));
     assert_eq!(body.len(), vertices * row + faces * 13);
 
-    for tube in &mesh.tubes {
-        for i in tube.vertices.clone() {
-            let at = i as usize * row;
-            assert_eq!(vec3_at(body, at), mesh.positions[i as usize]);
-            assert_eq!(vec3_at(body, at + 12), mesh.normals[i as usize]);
-            assert_eq!(u32_at(body, at + 32), tube.branch);
-            assert_eq!(u16::from_le_bytes([body[at + 36], body[at + 37]]), tube.order);
-        }
+    // Branches are numbered as by `branches`, and orders are those of their nodes.
+    let mut branch_of = vec![0; tree.len()];
+    for (branch, path) in branches(&tree).iter().enumerate() {
+        path.nodes.iter().for_each(|&id| branch_of[id as usize] = branch as u32);
+    }
+    for i in 0..vertices {
+        let at = i * row;
+        assert_eq!(vec3_at(body, at), mesh.positions[i]);
+        assert_eq!(vec3_at(body, at + 12), mesh.normals[i]);
+        let node = u32_at(body, at + 38);
+        assert_eq!(node, mesh.nodes[i]);
+        assert_eq!(u32_at(body, at + 32), branch_of[node as usize]);
+        let order = u16::from_le_bytes([body[at + 36], body[at + 37]]);
+        assert_eq!(order, tree.node(node).order);
     }
     for (i, &index) in mesh.indices.iter().enumerate() {
         let face = vertices * row + i / 3 * 13;

@@ -60,6 +60,10 @@ pub enum Purpose {
     ChildReach = 37,
     /// How many nodes grow below the children of a node.
     ChildSize = 38,
+    /// Where the flutes of a trunk stand, and the long side of a branch's cross-section.
+    CrossSection = 96,
+    /// When a branch swings in the wind.
+    WindPhase = 97,
 }
 
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;

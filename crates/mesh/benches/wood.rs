@@ -1,7 +1,7 @@
 //! How fast wood is meshed, in vertices per second.
 
 use deeptree_graph::{BranchGraph, ChildSignature, Quat, TreeInfo, Vec3};
-use deeptree_mesh::{WoodOptions, wood};
+use deeptree_mesh::{WoodOptions, tubes, wood};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 
@@ -39,6 +39,15 @@ fn vertices(bencher: Bencher, depth: u32) {
     let options = WoodOptions::default();
     let count = wood(&tree, &options).vertex_count();
     bencher.counter(ItemsCount::new(count)).bench(|| wood(&tree, &options));
+}
+
+/// The simple way.
+#[divan::bench(args = [10, 15, 20])]
+fn vertices_of_tubes(bencher: Bencher, depth: u32) {
+    let tree = recursive_tree(depth);
+    let options = WoodOptions::default();
+    let count = tubes(&tree, &options).vertex_count();
+    bencher.counter(ItemsCount::new(count)).bench(|| tubes(&tree, &options));
 }
 
 fn main() {

@@ -1,6 +1,6 @@
 //! Surfaces of branch graphs.
 //!
-//! [`wood`] turns a tree into closed tubes, one along each Gravelius branch:
+//! [`wood`] turns a tree into one closed surface, its branches growing out of one another:
 //!
 //! ```
 //! use deeptree_graph::{BranchGraph, ChildSignature, Quat, TreeInfo, Vec3};
@@ -13,18 +13,24 @@
 //! assert!(mesh.volume() > 0.06 && mesh.volume() < 0.08);
 //! ```
 //!
-//! The same tree gives the same bits on every machine: no platform mathematics, no threads, no
-//! draws.
+//! [`tubes`] is the simple way: tubes pushed into one another.
+//!
+//! The same tree gives the same bits on every machine: no platform mathematics, no threads, and
+//! draws that are keyed by the tree's seed.
 
 #![forbid(unsafe_code)]
 
+mod budget;
+mod circle;
+mod internode;
 mod mesh;
 mod options;
-mod stations;
-mod tube;
+mod tubes;
 mod wood;
 
+pub use budget::{BudgetError, within};
+pub use internode::Internode;
 pub use mesh::{Mesh, Tube};
 pub use options::{MAX_SIDES, WoodOptions, WoodOptionsError};
-pub use stations::{MIN_EDGE, MIN_RADIUS};
+pub use tubes::{MIN_EDGE, MIN_RADIUS, tubes};
 pub use wood::wood;

@@ -1,21 +1,39 @@
 //! How finely wood is meshed.
 
+use crate::wood::{BARKED, GRAIN};
+
 /// The most sides a ring can have.
 pub const MAX_SIDES: u32 = 256;
 
 /// How finely wood is meshed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WoodOptions {
-    /// Sides of the thinnest rings, 3 to [`MAX_SIDES`]. Default 4.
+    /// Sides of the thinnest rings, 3 to [`MAX_SIDES`]. Default 5.
     pub min_sides: u32,
-    /// Sides of the thickest rings, `min_sides` to [`MAX_SIDES`]. Default 16.
+    /// Sides of the thickest rings, `min_sides` to [`MAX_SIDES`]. Default 24.
     pub max_sides: u32,
     /// How far a side may lie inside the round branch, in metres, within the limits above; a
-    /// branch has as many sides as its thickest ring needs. Default 0.005: a limb of 10 cm radius
-    /// gets 10 sides. Towards 0 everything gets `max_sides`.
+    /// branch has as many sides as its thickest ring needs. Default 0.004: a limb of 10 cm radius
+    /// gets 12 sides. Towards 0 everything gets `max_sides`.
     pub tolerance: f32,
+    /// How far the axis of a limb may lie beside the smooth curve through its nodes, in metres: at
+    /// bends there are as many rings as that takes. Default 0.02.
+    pub axis_tolerance: f32,
+    /// Laterals thinner than this are left out with all they carry, radius in metres. Default 0.
+    pub min_radius: f32,
+    /// Rings between the rim of a collar, where a branch leaves its parent, and its first round
+    /// ring; at most this many, fewer for thin branches. Default 2.
+    pub collar_rings: u32,
+    /// Size of the rim of a collar, as a multiple of the branch, 1 to 2. Default 1.35.
+    pub collar: f32,
+    /// How deep the flutes of the trunk are as a share of its radius, 0 (round) to 0.2; cross-
+    /// sections get rounder with the order and towards thin wood. Default 0.05.
+    pub fluting: f32,
+    /// Depth of the fissures in the bark of thick wood in metres, 0 for none. Default 0: it takes
+    /// rings every few centimetres.
+    pub bark: f32,
     /// Radius of the trunk at the ground, as a multiple of the root's radius, at least 1.
-    /// Default 1.25; 1 is a trunk without a flare.
+    /// Default 1.4; 1 is a trunk without a flare.
     pub foot_flare: f32,
     /// Side of the bark texture in metres: v counts it along the branch, and u has as many whole
     /// repeats as fit around the branch's start. Default 1.
@@ -24,7 +42,19 @@ pub struct WoodOptions {
 
 impl Default for WoodOptions {
     fn default() -> Self {
-        Self { min_sides: 4, max_sides: 16, tolerance: 0.005, foot_flare: 1.25, texture_size: 1.0 }
+        Self {
+            min_sides: 5,
+            max_sides: 24,
+            tolerance: 0.004,
+            axis_tolerance: 0.02,
+            min_radius: 0.0,
+            collar_rings: 2,
+            collar: 1.35,
+            fluting: 0.05,
+            bark: 0.0,
+            foot_flare: 1.4,
+            texture_size: 1.0,
+        }
     }
 }
 
@@ -37,22 +67,25 @@ pub enum WoodOptionsError {
     Sides { min: u32, max: u32 },
     #[error("{option} is {value}; it must be a number above 0, in metres")]
     NotPositive { option: &'static str, value: f32 },
+    #[error("{option} is {value}; it must be a number from {low} to {high}")]
+    Range { option: &'static str, value: f32, low: f32, high: f32 },
     #[error("foot_flare is {value}; it must be 1 (no flare) or more")]
     Flare { value: f32 },
 }
 
 impl WoodOptions {
-    /// The options of a level of detail: 0 is the default, each further one about halves the
-    /// triangles; above 3 they stay as at 3.
+    /// The options of a level of detail: 0 is the default, and each further one takes about half
+    /// the triangles; above 3 they stay as at 3.
     #[must_use]
     pub fn lod(level: u8) -> Self {
-        let (min_sides, max_sides, tolerance) = match level {
-            0 => return Self::default(),
-            1 => (4, 10, 0.01),
-            2 => (3, 7, 0.03),
-            _ => (3, 5, 0.1),
+        let best = Self::default();
+        let (min_sides, max_sides, tolerance, axis_tolerance, collar_rings) = match level {
+            0 => return best,
+            1 => (4, 16, 0.008, 0.06, 1),
+            2 => (3, 10, 0.02, 0.2, 0),
+            _ => (3, 6, 0.06, 0.6, 0),
         };
-        Self { min_sides, max_sides, tolerance, ..Self::default() }
+        Self { min_sides, max_sides, tolerance, axis_tolerance, collar_rings, ..best }
     }
 
     /// Checks the ranges that the fields state.
@@ -65,10 +98,23 @@ impl WoodOptions {
         if min < 3 || max < min || max > MAX_SIDES {
             return Err(WoodOptionsError::Sides { min, max });
         }
-        for (option, value) in [("tolerance", self.tolerance), ("texture_size", self.texture_size)]
-        {
+        for (option, value) in [
+            ("tolerance", self.tolerance),
+            ("axis_tolerance", self.axis_tolerance),
+            ("texture_size", self.texture_size),
+        ] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(WoodOptionsError::NotPositive { option, value });
+            }
+        }
+        for (option, value, low, high) in [
+            ("min_radius", self.min_radius, 0.0, f32::MAX),
+            ("collar", self.collar, 1.0, 2.0),
+            ("fluting", self.fluting, 0.0, 0.2),
+            ("bark", self.bark, 0.0, 0.1),
+        ] {
+            if !(low..=high).contains(&value) {
+                return Err(WoodOptionsError::Range { option, value, low, high });
             }
         }
         if !(self.foot_flare >= 1.0 && self.foot_flare.is_finite()) {
@@ -81,6 +127,10 @@ impl WoodOptions {
     ///
     /// A chord of an n-gon lies `r (1 − cos(π/n)) < r π² / (2 n²)` inside its circle.
     pub(crate) fn sides(&self, radius: f32) -> u32 {
+        if self.bark > 0.0 && radius > BARKED.0 {
+            let grains = core::f32::consts::TAU * radius / GRAIN;
+            return (libm::ceilf(grains) as u32).clamp(self.min_sides, MAX_SIDES);
+        }
         let needed = core::f32::consts::PI * libm::sqrtf(radius / (2.0 * self.tolerance));
         (libm::ceilf(needed) as u32).clamp(self.min_sides, self.max_sides)
     }
@@ -109,7 +159,12 @@ mod tests {
 
     #[test]
     fn sides_stay_within_the_tolerance_until_the_limit() {
-        let options = WoodOptions { max_sides: 200, ..WoodOptions::default() };
+        let options = WoodOptions {
+            min_sides: 3,
+            max_sides: 200,
+            tolerance: 0.005,
+            ..WoodOptions::default()
+        };
         for radius in [0.02f32, 0.1, 0.5, 1.0] {
             let n = f64::from(options.sides(radius));
             let inside = f64::from(radius) * (1.0 - libm::cos(core::f64::consts::PI / n));
@@ -127,6 +182,10 @@ mod tests {
             WoodOptions { tolerance: 0.0, ..good },
             WoodOptions { texture_size: f32::NAN, ..good },
             WoodOptions { foot_flare: 0.9, ..good },
+            WoodOptions { collar: 0.5, ..good },
+            WoodOptions { fluting: f32::NAN, ..good },
+            WoodOptions { min_radius: -1.0, ..good },
+            WoodOptions { bark: 1.0, ..good },
         ] {
             assert!(bad.validate().is_err(), "{bad:?}");
         }

@@ -8,7 +8,7 @@ use crate::output::{self, Target, is_stdout};
 use crate::{input, report};
 
 pub(crate) fn run(args: &Args, verb: &args::Convert) -> Result<()> {
-    let mut target = Target::new(&verb.out.output, verb.out.format, 1, verb.out.lod)?;
+    let mut target = Target::new(&verb.out.output, verb.out.format, 1, &verb.out.mesh)?;
     if target.format == Format::Dtree {
         bail!(output::seed_files_are_generated());
     }

@@ -35,7 +35,7 @@ pub(crate) fn run(args: &Args, verb: &args::Generate) -> Result<()> {
         return Err(unknown_species(species, model.species()).into());
     }
     let count = u64::from(verb.which.count);
-    let mut target = Target::new(&verb.out.output, verb.out.format, count, verb.out.lod)?;
+    let mut target = Target::new(&verb.out.output, verb.out.format, count, &verb.out.mesh)?;
     target.model = Some(model.hash());
     target.blend = blend;
     let site = verb.place.site()?;

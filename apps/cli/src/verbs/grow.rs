@@ -95,7 +95,7 @@ fn stand(args: &Args, verb: &args::Grow, plan: &Path) -> Result<()> {
 }
 
 fn target(verb: &args::Grow, count: u64) -> Result<Target> {
-    let target = Target::new(&verb.out.output, verb.out.format, count, verb.out.lod)?;
+    let target = Target::new(&verb.out.output, verb.out.format, count, &verb.out.mesh)?;
     if target.format == Format::Dtree {
         bail!(output::seed_files_are_generated());
     }

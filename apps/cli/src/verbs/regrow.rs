@@ -20,7 +20,7 @@ use crate::{blend, input, report};
 pub(crate) fn run(args: &Args, verb: &args::Regrow) -> Result<()> {
     let cuts = cuts(&verb.cuts)?;
     let age = verb.age.map(whole_age).transpose()?;
-    let target = Target::new(&verb.out.output, verb.out.format, 1, verb.out.lod)?;
+    let target = Target::new(&verb.out.output, verb.out.format, 1, &verb.out.mesh)?;
     if target.format == Format::Dtree {
         bail!(output::seed_files_are_generated());
     }
@@ -59,7 +59,7 @@ pub(crate) fn run(args: &Args, verb: &args::Regrow) -> Result<()> {
 
 /// Where the pruned trees go.
 fn pruned_target(path: &Path, verb: &args::Regrow) -> Result<Target> {
-    let target = Target::new(path, None, 1, verb.out.lod)?;
+    let target = Target::new(path, None, 1, &verb.out.mesh)?;
     if target.format == Format::Dtree {
         bail!(output::seed_files_are_generated());
     }

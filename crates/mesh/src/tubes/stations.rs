@@ -1,6 +1,6 @@
 //! Where the rings of a branch stand: its axis, cleaned of edges too short to carry two rings.
 
-use deeptree_graph::{BranchGraph, Path, Vec3};
+use deeptree_graph::{BranchGraph, NodeId, Path, Vec3};
 
 use crate::options::WoodOptions;
 
@@ -18,6 +18,8 @@ const SPACING: f32 = 0.5;
 pub(crate) struct Station {
     pub(crate) position: Vec3,
     pub(crate) radius: f32,
+    /// The node whose internode ends here.
+    pub(crate) node: NodeId,
 }
 
 /// Appends the stations of one branch: where its first edge starts, then its nodes.
@@ -35,7 +37,7 @@ pub(crate) fn push_branch(
     let mut tip = out[start];
     for &id in &branch.nodes {
         let node = tree.node(id);
-        tip = Station { position: node.position, radius: node.thickness.max(MIN_RADIUS) };
+        tip = Station { position: node.position, radius: node.thickness.max(MIN_RADIUS), node: id };
         if apart(out[out.len() - 1], tip, SPACING * tip.radius) {
             out.push(tip);
         }
@@ -53,7 +55,7 @@ fn base(tree: &BranchGraph, branch: &Path, options: &WoodOptions) -> Station {
         Some(parent) => (parent.position, first.thickness.min(parent.thickness)),
         None => (first.base(), options.foot_flare * first.thickness),
     };
-    Station { position, radius: radius.max(MIN_RADIUS) }
+    Station { position, radius: radius.max(MIN_RADIUS), node: branch.nodes[0] }
 }
 
 /// Makes `tip` the last station, in place of one that stands too close before it.

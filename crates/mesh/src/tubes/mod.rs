@@ -1,11 +1,19 @@
-//! From a branch graph to its wood.
+//! The simple way: one closed tube along each Gravelius branch, pushed into one another at forks.
+
+mod stations;
+mod tube;
 
 use deeptree_graph::{BranchGraph, Path, branches};
 
+pub use stations::{MIN_EDGE, MIN_RADIUS};
+
+use crate::internode::Internode;
 use crate::mesh::{Mesh, Tube};
 use crate::options::WoodOptions;
-use crate::stations::{Station, push_branch};
-use crate::tube::{Shape, Writer, circle};
+use stations::{Station, push_branch};
+use tube::{Shape, Writer};
+
+use crate::circle::circle;
 
 /// A branch that has a tube.
 struct Plan {
@@ -16,29 +24,32 @@ struct Plan {
     shape: Shape,
 }
 
-/// Meshes the wood of a tree: one closed tube along each Gravelius branch.
+/// Meshes the wood of a tree the simple way: one closed tube along each Gravelius branch.
+///
+/// For low budgets, and where speed is all: fewer vertices than [`wood`](crate::wood()), but tubes
+/// interpenetrate where branches fork.
 ///
 /// - Rings stand where the branch starts and at its nodes, in the plane that halves the bend;
-///   radii go linearly from node to node, at least [`MIN_RADIUS`](crate::MIN_RADIUS).
+///   radii go linearly from node to node, at least [`MIN_RADIUS`].
 /// - A lateral starts on the axis of its parent, never thicker than it, so there is no gap.
 /// - Tips are closed by a cone, or by a dome where they are thick or laterals leave from them; both
 ///   end one radius beyond the node. The foot of the trunk is a flat disc.
-/// - Nodes closer than [`MIN_EDGE`](crate::MIN_EDGE) or half a radius share a ring; a branch
-///   without any extent has no tube.
+/// - Nodes closer than [`MIN_EDGE`] or half a radius share a ring; a branch without any extent has
+///   no tube.
 ///
-/// Each tube is closed and manifold once vertices at one place are taken as one (the seam of the
-/// texture doubles them); tubes interpenetrate where branches fork.
+/// Each tube is closed and manifold once it is [welded](Mesh::welded).
 ///
 /// # Panics
 ///
 /// When `options` do not pass [`WoodOptions::validate`], or the mesh would have 2³² indices.
 #[must_use]
-pub fn wood(tree: &BranchGraph, options: &WoodOptions) -> Mesh {
+pub fn tubes(tree: &BranchGraph, options: &WoodOptions) -> Mesh {
     if let Err(error) = options.validate() {
         panic!("wood options: {error}");
     }
     let (stations, plans) = plan(tree, options);
     let mut mesh = reserve(&plans);
+    mesh.internodes = Internode::all(tree);
     let circles: Vec<_> =
         (0..=options.max_sides).map(|n| if n < 3 { Vec::new() } else { circle(n) }).collect();
     let mut start = 0;
@@ -64,12 +75,16 @@ fn plan(tree: &BranchGraph, options: &WoodOptions) -> (Vec<Station>, Vec<Plan>) 
     let mut stations = Vec::with_capacity(tree.len() + branches.len());
     let mut plans = Vec::with_capacity(branches.len());
     for (branch, path) in branches.iter().enumerate() {
+        let first = tree.node(path.nodes[0]);
+        // The root's own branch is never left out.
+        if first.parent.is_some() && first.thickness < options.min_radius {
+            continue;
+        }
         let start = stations.len();
         push_branch(tree, path, options, &mut stations);
         if stations.len() == start {
             continue;
         }
-        let first = tree.node(path.nodes[0]);
         plans.push(Plan {
             branch: branch as u32,
             order: first.order,
@@ -104,7 +119,9 @@ fn reserve(plans: &[Plan]) -> Mesh {
         positions: Vec::with_capacity(vertices),
         normals: Vec::with_capacity(vertices),
         uvs: Vec::with_capacity(vertices),
+        nodes: Vec::with_capacity(vertices),
         indices: Vec::with_capacity(indices),
         tubes: Vec::with_capacity(plans.len()),
+        ..Mesh::default()
     }
 }

@@ -1,4 +1,4 @@
-//! What holds of the wood of any tree, broken ones included.
+//! What holds of the tubes of any tree, broken ones included.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use deeptree_graph::testing::random_tree;
 use deeptree_graph::{BranchGraph, ChildSignature, Quat, TreeInfo, Vec3};
-use deeptree_mesh::{MIN_RADIUS, Mesh, WoodOptions, wood};
+use deeptree_mesh::{MIN_RADIUS, Mesh, WoodOptions, tubes};
 use proptest::prelude::*;
 
 /// Edges of all kinds: straight on, straight back, right angles, anywhere; lengths and radii from 0.
@@ -89,17 +89,17 @@ proptest! {
         tree in tree(),
         level in 0u8..4,
     ) {
-        check(&wood(&tree, &WoodOptions::lod(level)))?;
+        check(&tubes(&tree, &WoodOptions::lod(level)))?;
     }
 
     #[test]
     fn trees_far_from_the_origin_are_meshed_as_well(seed in any::<u64>()) {
-        check(&wood(&random_tree(seed, 300), &WoodOptions::default()))?;
+        check(&tubes(&random_tree(seed, 300), &WoodOptions::default()))?;
     }
 
     #[test]
     fn tubes_cover_the_mesh_without_gaps_and_wind_outward(tree in tree()) {
-        let mesh = wood(&tree, &WoodOptions::default());
+        let mesh = tubes(&tree, &WoodOptions::default());
         let (mut vertex, mut index) = (0, 0);
         for tube in &mesh.tubes {
             prop_assert_eq!((tube.vertices.start, tube.indices.start), (vertex, index));
@@ -121,9 +121,9 @@ proptest! {
 }
 
 #[test]
-fn a_tree_without_extent_has_no_wood() {
+fn a_tree_without_extent_has_no_tubes() {
     let info = TreeInfo { species: "point".into(), age: 0, gravitropism: 0.0, seed: 0 };
     let root = ChildSignature { rotation: Quat::IDENTITY, thickness: 0.1, length: 0.0 };
-    let mesh = wood(&BranchGraph::new(info, Vec3::ZERO, root), &WoodOptions::default());
+    let mesh = tubes(&BranchGraph::new(info, Vec3::ZERO, root), &WoodOptions::default());
     assert_eq!((mesh.vertex_count(), mesh.bounds()), (0, None));
 }

@@ -3,11 +3,12 @@
 //! The frame is carried from ring to ring by the smallest rotation that turns one direction into
 //! the next, so tubes do not twist; rings stand in the plane that halves a bend.
 
-use deeptree_graph::Vec3;
+use deeptree_graph::{NodeId, Vec3};
 
+use super::stations::Station;
+use crate::circle::turn;
 use crate::mesh::Mesh;
 use crate::options::WoodOptions;
-use crate::stations::Station;
 
 /// Rings at bends are widened to keep the branch's width; at most by this factor, which a bend of
 /// about 96° reaches: beyond, the corner would grow a spike.
@@ -20,15 +21,6 @@ const MAX_REACH: f32 = 0.45;
 const ROUND_RADIUS: f32 = 0.02;
 
 const HALF_SQRT_2: f32 = core::f32::consts::FRAC_1_SQRT_2;
-
-/// The unit circle in `sides` steps, the start repeated at the end: (cos, sin).
-pub(crate) fn circle(sides: u32) -> Vec<[f32; 2]> {
-    let step = core::f64::consts::TAU / f64::from(sides);
-    (0..=sides)
-        .map(|k| f64::from(k % sides) * step)
-        .map(|angle| [libm::cos(angle) as f32, libm::sin(angle) as f32])
-        .collect()
-}
 
 /// What a tube is made of, apart from where its rings stand.
 #[derive(Clone, Copy, Debug)]
@@ -107,6 +99,8 @@ struct Ring {
     lean: f32,
     /// Texture coordinate along the branch.
     v: f32,
+    /// The node whose internode the ring belongs to.
+    node: NodeId,
 }
 
 impl Ring {
@@ -123,15 +117,6 @@ impl Ring {
         let (x, y) = self.frame();
         (widen(x), widen(y))
     }
-}
-
-/// Turns `vector`, which is square to `from`, by the smallest rotation of `from` into `to`.
-///
-/// # Source
-///
-/// The rotation of Möller and Hughes 1999 applied to a vector square to its start.
-fn turn(vector: Vec3, from: Vec3, to: Vec3) -> Vec3 {
-    vector - (from + to) * (vector.dot(to) / (1.0 + from.dot(to)))
 }
 
 /// The plane of the ring between two edges, and the widening that keeps the branch's width there.
@@ -170,6 +155,7 @@ impl Writer<'_> {
             stretch: (across, 1.0),
             lean: edge.taper,
             v: 0.0,
+            node: stations[0].node,
         };
         self.base(&ring, shape, circle);
         self.ring(&ring, shape, circle);
@@ -184,6 +170,7 @@ impl Writer<'_> {
                 stretch,
                 lean: 0.5 * (edge.taper + next.taper),
                 v: ring.v + edge.length / self.texture_size,
+                node: stations[i].node,
             };
             self.wall(circle);
             self.ring(&ring, shape, circle);
@@ -200,6 +187,7 @@ impl Writer<'_> {
             stretch: (across, 1.0),
             lean: edge.taper,
             v: ring.v + edge.length / self.texture_size,
+            node: stations[tip].node,
         };
         self.wall(circle);
         self.ring(&ring, shape, circle);
@@ -216,7 +204,12 @@ impl Writer<'_> {
                 self.mesh.positions.push(ring.center + x * cos + y * sin);
                 self.mesh.normals.push(-ring.along);
                 self.mesh.uvs.push([scale * cos, scale * sin]);
+                self.mesh.nodes.push(ring.node);
             }
+            // The disc's vertices stand at those of the ring above it, which starts a side earlier.
+            let ring = start + shape.sides;
+            let original = |k: u32| ring + (k + 1) % shape.sides;
+            self.mesh.seams.extend((0..shape.sides).map(|k| [start + k, original(k)]));
         }
         let fan = (1..shape.sides - 1).flat_map(|k| [start, start + k + 1, start + k]);
         self.mesh.indices.extend(fan);
@@ -225,8 +218,11 @@ impl Writer<'_> {
     /// The vertices of a ring, its first repeated at the end with the other end's u.
     fn ring(&mut self, ring: &Ring, shape: &Shape, circle: &[[f32; 2]]) {
         let (x, y) = ring.half_axes();
+        let first = self.mesh.positions.len() as u32;
+        self.mesh.seams.push([first + shape.sides, first]);
         let positions = circle.iter().map(|&[cos, sin]| ring.center + x * cos + y * sin);
         self.mesh.positions.extend(positions);
+        self.mesh.nodes.extend(circle.iter().map(|_| ring.node));
 
         let outward = 1.0 / libm::sqrtf(1.0 + ring.lean * ring.lean);
         let (x, y) = ring.frame();
@@ -266,6 +262,7 @@ impl Writer<'_> {
         self.mesh.positions.push(apex);
         self.mesh.normals.push(along);
         self.mesh.uvs.push([0.5 * shape.repeats, v_apex]);
+        self.mesh.nodes.push(ring.node);
         for low in next - circle.len() as u32..next - 1 {
             self.mesh.indices.extend_from_slice(&[low, low + 1, next]);
         }
