@@ -62,7 +62,7 @@ fn a_whole_file_of_each_format_is_a_solid_mesh() {
 #[test]
 fn damaged_files_are_errors_or_scenes() {
     let glb = glb();
-    for seed in 0..3000 {
+    for seed in 0..6000 {
         ask_mesh("a.obj", &mutated(WEDGE.as_bytes(), seed));
         ask_mesh("a.glb", &mutated(&glb, seed));
         let text = Scene::random(Seed(seed % 50)).to_toml();

@@ -17,10 +17,19 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Triangle>, MeshError> {
     if !bytes.starts_with(b"glTF") {
         return Err(wrong("it does not begin with glTF"));
     }
-    let file = Gltf::from_slice(bytes).map_err(|error| wrong(&one_line(&error.to_string())))?;
+    let failed = |error: gltf::Error| wrong(&one_line(&error.to_string()));
+    let file = Gltf::from_slice_without_validation(bytes).map_err(failed)?;
+    let description = file.document.into_json();
+    // The validation looks positions up before it has made sure that they are there.
+    let primitives = description.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let mut attributes = primitives.flat_map(|primitive| primitive.attributes.values());
+    if attributes.any(|index| index.value() >= description.accessors.len()) {
+        return Err(wrong("a mesh names numbers that are not there"));
+    }
+    let document = Document::from_json(description).map_err(failed)?;
     let blob = file.blob.as_deref().unwrap_or_default();
     let mut open: Vec<(Node<'_>, Mat4)> =
-        roots(&file.document).into_iter().map(|node| (node, Mat4::IDENTITY)).collect();
+        roots(&document).into_iter().map(|node| (node, Mat4::IDENTITY)).collect();
     let (mut triangles, mut seen) = (Vec::new(), BTreeSet::new());
     while let Some((node, above)) = open.pop() {
         // A file whose nodes go round in circles would never end.
