@@ -400,7 +400,8 @@ fn furthest(chapter: &mut Chapter, all: &[Judged]) {
             cells.extend(orders.map(|(order, of)| (one.species.as_str(), *name, order, of)));
         }
     }
-    cells.retain(|(.., law)| law.count() > 0.0);
+    // Of few values chance alone may move more than would be wrong.
+    cells.retain(|(.., law)| law.count() > 0.0 && by_chance(law) <= WRONG);
     cells.sort_by(|a, b| {
         let beyond = |law: &Uniformity| law.gap() - by_chance(law);
         beyond(b.3).total_cmp(&beyond(a.3))
