@@ -46,6 +46,15 @@ impl Estimate {
     }
 }
 
+/// A statistic of blocks that are drawn independently, and its standard error by the jackknife:
+/// `statistic` is asked for its value of all `count` blocks, and of all but one.
+///
+/// Of fewer than two blocks the error is infinite.
+#[must_use]
+pub fn leave_one_out(count: usize, statistic: impl Fn(Option<usize>) -> f64) -> (f64, f64) {
+    (statistic(None), error((0..count).map(|i| statistic(Some(i)))))
+}
+
 fn error(left: impl Iterator<Item = f64>) -> f64 {
     let mut moments = Moments::default();
     moments.extend(left);
@@ -136,6 +145,19 @@ mod tests {
         assert!((estimate.mean_error - by_hand([5.0, 8.0 / 3.0, 2.0])).abs() < 1e-12);
         let sds = [1.0, (56.0f64 / 9.0).sqrt(), (8.0f64 / 3.0).sqrt()];
         assert!((estimate.sd_error - by_hand(sds)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn of_a_mean_leaving_out_one_gives_the_textbooks_error() {
+        let samples = [2.0, 3.0, 7.0, 1.0, 12.0];
+        let mean = |without: Option<usize>| {
+            let left = (0..5).filter(|i| Some(*i) != without).map(|i| samples[i]);
+            left.clone().sum::<f64>() / left.count() as f64
+        };
+        let (value, error) = leave_one_out(5, mean);
+        // As above: s² = 82/4.
+        assert!((value - 5.0).abs() < 1e-12 && (error - (82.0f64 / 20.0).sqrt()).abs() < 1e-12);
+        assert!(leave_one_out(1, |_| 0.0).1.is_infinite());
     }
 
     #[test]

@@ -9,6 +9,7 @@ pub mod development;
 pub mod distances;
 pub mod diversity;
 pub mod histogram;
+mod intersections;
 pub mod jackknife;
 pub mod memorisation;
 mod metrics;
@@ -22,6 +23,7 @@ pub mod tree_features;
 #[cfg(feature = "two-sample")]
 pub mod two_sample;
 
+pub use intersections::intersections;
 pub use metrics::{METRICS, Metric, Moments, TreeMetrics};
 pub use set::{ORDERS, Slice, TreeRecord, TreeSet};
 pub use table::{Row, Table, mean_and_sd};

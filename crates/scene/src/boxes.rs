@@ -158,6 +158,16 @@ impl Cuboid {
         local.x <= self.half.x && local.y <= self.half.y && local.z <= self.half.z
     }
 
+    /// The point of the box that is nearest to a point, which itself is where it lies inside.
+    #[must_use]
+    pub fn nearest(&self, point: Vec3) -> Vec3 {
+        if self.contains(point) {
+            return point;
+        }
+        let local = self.to_local(point.as_dvec3() - self.centre);
+        (self.centre + self.to_world(local.clamp(-self.half, self.half))).as_vec3()
+    }
+
     /// Does the ray `from + s · along` meet the box at some s in \[0, `most`\]?
     #[must_use]
     pub(crate) fn meets(&self, from: Vec3, along: Vec3, most: f64) -> bool {
@@ -273,6 +283,23 @@ mod tests {
         assert!(b.overlaps(DVec3::new(2.5, 0.0, 0.0), DVec3::splat(0.5)));
         assert!(!b.overlaps(DVec3::new(2.3, 0.0, 2.3), DVec3::splat(0.5)));
         assert!(!b.overlaps(DVec3::new(0.0, 2.5, 0.0), DVec3::splat(0.5)), "they touch");
+    }
+
+    #[test]
+    fn the_nearest_point_is_on_a_face_an_edge_or_a_corner() {
+        let b = aligned([3.0, 0.0, -1.0], [5.0, 2.0, 1.0]);
+        let near = |x, y, z| b.nearest(Vec3::new(x, y, z)).to_array();
+        assert_eq!(near(0.0, 1.0, 0.5), [3.0, 1.0, 0.5]);
+        assert_eq!(near(0.0, 4.0, 0.5), [3.0, 2.0, 0.5]);
+        assert_eq!(near(9.0, -4.0, 3.0), [5.0, 0.0, 1.0]);
+        assert_eq!(near(4.25, 0.5, 0.125), [4.25, 0.5, 0.125], "inside");
+        // Turned by 45 degrees, its corner at √2 along x; the way there is square to no face.
+        let b = turned([0.0; 3], [1.0, 1.0, 1.0], 45.0);
+        let corner = Vec3::new(2.0f32.sqrt(), 0.0, 0.0);
+        assert!(b.nearest(Vec3::new(3.0, 0.0, 0.0)).distance(corner) < 1e-6);
+        // The face between x and z lies at 1 along (1, 0, 1) / √2.
+        let face = b.nearest(Vec3::new(5.0, 0.0, 5.0));
+        assert!(face.distance(Vec3::new(0.5f32.sqrt(), 0.0, 0.5f32.sqrt())) < 1e-6, "{face}");
     }
 
     #[test]

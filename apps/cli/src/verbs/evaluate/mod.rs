@@ -2,10 +2,13 @@
 
 #[cfg(feature = "train")]
 mod ablation;
+mod around;
 mod compression;
 mod criteria;
 mod diversity;
+mod environment;
 mod estimate;
+mod forms;
 mod histograms;
 #[cfg(feature = "train")]
 mod joint;
@@ -46,7 +49,7 @@ use untrained::{ablation, joint};
 type Maker = fn(&Study<'_>) -> Result<Chapter>;
 
 /// The chapters of a report, in their order.
-const CHAPTERS: [(&str, Maker); 13] = [
+const CHAPTERS: [(&str, Maker); 15] = [
     ("table", table::chapter),
     ("perceptual", perceptual::chapter),
     ("two-sample", two_sample::chapter),
@@ -60,6 +63,8 @@ const CHAPTERS: [(&str, Maker); 13] = [
     ("compression", compression::chapter),
     ("diversity", diversity::chapter),
     ("regrowth", regrowth::chapter),
+    ("environment", environment::chapter),
+    ("forms", forms::chapter),
 ];
 
 /// Runs the chapters asked for. The page is written anew after each, so that a run that is cut off

@@ -1,10 +1,11 @@
 //! Pictures of branch graphs: orthographic views of many trees on one scale, in one PNG.
 
 mod ink;
+mod solid;
 mod stroke;
 mod view;
 
-use deeptree_graph::BranchGraph;
+use deeptree_graph::{BranchGraph, Vec3};
 use tiny_skia::Pixmap;
 
 use view::Frame;
@@ -31,6 +32,8 @@ pub struct Shot<'a> {
     pub tree: Option<&'a BranchGraph>,
     /// Where it is seen from.
     pub view: View,
+    /// Corners of boxes that stand around the tree, in metres; drawn behind it.
+    pub boxes: &'a [[Vec3; 8]],
 }
 
 /// Why there is no picture.
@@ -56,13 +59,19 @@ impl<'a> Shot<'a> {
     /// A tree seen from somewhere.
     #[must_use]
     pub const fn new(tree: &'a BranchGraph, view: View) -> Self {
-        Self { tree: Some(tree), view }
+        Self { tree: Some(tree), view, boxes: &[] }
+    }
+
+    /// The same among boxes.
+    #[must_use]
+    pub const fn among(self, boxes: &'a [[Vec3; 8]]) -> Self {
+        Self { boxes, ..self }
     }
 
     /// A cell that stays empty.
     #[must_use]
     pub const fn empty(view: View) -> Self {
-        Self { tree: None, view }
+        Self { tree: None, view, boxes: &[] }
     }
 }
 
@@ -106,6 +115,9 @@ impl Sheet {
                 left += width;
                 let (Some(tree), Some(frame)) = (shot.tree, frame) else { continue };
                 let origin = (middle - scale * 0.5 * (frame.left + frame.right), foot);
+                for corners in shot.boxes {
+                    solid::draw(&mut pixmap, tree, corners, shot.view, scale, origin);
+                }
                 stroke::tree(&mut pixmap, tree, shot.view, scale, origin);
             }
             top += height;
@@ -145,7 +157,7 @@ fn heights(frames: &[Vec<Option<Frame>>]) -> Vec<(f32, f32)> {
 }
 
 fn frames(row: &[Shot<'_>]) -> Vec<Option<Frame>> {
-    row.iter().map(|shot| shot.tree.map(|tree| shot.view.frame(tree))).collect()
+    row.iter().map(|shot| shot.tree.map(|tree| shot.view.frame(tree, shot.boxes))).collect()
 }
 
 fn pixmap(width: u64, height: u64) -> Result<Pixmap, PictureError> {

@@ -90,6 +90,35 @@ fn trees_of_a_sheet_have_one_scale_and_one_ground() {
 }
 
 #[test]
+fn a_box_around_a_tree_is_pale_behind_it_and_widens_its_cell() {
+    let tree = gallows();
+    // From 8 to 10 m on the right, 4 m high.
+    let corner = |i: usize| {
+        let pick = |bit: usize, low: f32, high: f32| if i >> bit & 1 == 1 { high } else { low };
+        Vec3::new(pick(0, 8.0, 10.0), pick(1, 0.0, 4.0), pick(2, -3.0, 3.0))
+    };
+    let boxes = [std::array::from_fn(corner)];
+    let sheet = Sheet { columns: 1, width: 105, row: 105 };
+    let shot = Shot::new(&tree, View::FRONT).among(&boxes);
+    let picture = sheet.draw(&[shot]).unwrap();
+    // From −0.5 to 10 m, at 10 pixels a metre.
+    assert_eq!(picture.width(), 105 + 16);
+    let level = |x, y| picture.pixel(x, y).unwrap().red();
+    let (middle, ground) = (8 + 5 + 90, 8 + 105);
+    assert!((160..250).contains(&level(middle, ground - 20)));
+    assert_eq!([level(middle, ground - 45), level(middle - 15, ground - 20)], [255; 2]);
+    // From above the arm ends 1.5 m before it, and it is 6 m deep.
+    let boxes = [boxes[0].map(|corner| corner - 5.0 * Vec3::X)];
+    let top = sheet.draw(&[Shot::new(&tree, View::TOP).among(&boxes)]).unwrap();
+    assert_eq!(top.height(), 60 * 105 / 70 + 16);
+    let pale = |x: f32, z: f32| {
+        let (x, z) = (8.0 + 15.0 * (x + 0.5), 8.0 + 15.0 * (z + 3.0));
+        (160..250).contains(&top.pixel(x as u32, z as u32).unwrap().red())
+    };
+    assert!(pale(4.0, 2.0) && pale(4.0, -2.0) && !pale(4.0, 0.0) && !pale(6.0, 2.0));
+}
+
+#[test]
 fn a_picture_is_a_png_file_and_the_same_each_time() {
     let tree = gallows();
     let sheet = Sheet { columns: 1, width: 70, row: 105 };

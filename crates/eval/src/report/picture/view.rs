@@ -55,14 +55,15 @@ impl View {
         Axes { right, up: toward.cross(right), toward }
     }
 
-    /// The extent of all internodes with their thickness, and of the foot.
-    pub(super) fn frame(self, tree: &BranchGraph) -> Frame {
+    /// The extent of all internodes with their thickness, of the foot, and of the boxes around.
+    pub(super) fn frame(self, tree: &BranchGraph, boxes: &[[Vec3; 8]]) -> Frame {
         let axes = self.axes();
         let foot = tree.root().base();
         let nothing = Frame { left: 0.0, right: 0.0, bottom: 0.0, top: 0.0 };
-        tree.nodes().iter().fold(nothing, |frame, node| {
-            let tip = axes.look(node.position - foot);
-            let radius = node.thickness;
+        let tips = tree.nodes().iter().map(|node| (node.position, node.thickness));
+        let corners = boxes.iter().flatten().map(|&corner| (corner, 0.0));
+        tips.chain(corners).fold(nothing, |frame, (place, radius)| {
+            let tip = axes.look(place - foot);
             Frame {
                 left: frame.left.min(tip.x - radius),
                 right: frame.right.max(tip.x + radius),

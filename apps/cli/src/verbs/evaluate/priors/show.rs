@@ -259,7 +259,7 @@ pub(super) fn pictures(
     let shots: Vec<Shot<'_>> = teacher
         .iter()
         .chain(&learner)
-        .map(|tree| Shot { tree: tree.as_ref(), view: View::FRONT })
+        .map(|tree| tree.as_ref().map_or(Shot::empty(View::FRONT), |t| Shot::new(t, View::FRONT)))
         .collect();
     let sheet =
         Sheet { columns: values.len(), width: study.scale(1600, 900), row: study.scale(420, 300) };
