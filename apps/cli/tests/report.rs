@@ -50,6 +50,47 @@ fn regrowth_changes_no_kept_node_and_draws_its_charts() {
     assert_eq!(page.matches("data:image/png;base64,iVBOR").count(), 1);
 }
 
+/// Counts of what is where none can be, over all trees of these places, by side.
+fn misplaced(places: &Value) -> [[u64; 2]; 4] {
+    let mut counts = [[0; 2]; 4];
+    for place in places.as_array().unwrap() {
+        for (side, tree) in place.as_array().unwrap().iter().enumerate() {
+            for (i, count) in counts[side].iter_mut().enumerate() {
+                *count += tree["misplaced"][i].as_u64().unwrap();
+            }
+        }
+    }
+    counts
+}
+
+#[test]
+fn among_obstacles_no_node_is_inside_one_and_no_edge_goes_through() {
+    let desk = Desk::new();
+    let (json, page) = run(&desk, "environment", &[]);
+    let places = &json["species"][0]["places"];
+    assert_eq!(places.as_array().unwrap().len(), 2);
+    assert_eq!(misplaced(places)[..3], [[0; 2]; 3], "teacher, control, learner");
+    assert_eq!(json["cost"][0]["trees"], 2);
+    // A row of teacher, control, learner and the learner that is not told; a mean would be of one.
+    let csv = String::from_utf8(desk.read("report/environment.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + 4 * 6);
+    assert_eq!(page.matches("data:image/png;base64,iVBOR").count(), 2);
+}
+
+#[test]
+fn in_forms_the_networks_stay_inside_where_the_open_field_does_not() {
+    let desk = Desk::new();
+    let (json, page) = run(&desk, "forms", &[]);
+    let forms = json["forms"].as_array().unwrap();
+    assert_eq!(forms.len(), 3);
+    for form in forms {
+        let [first, second, told, untold] = misplaced(&form["trees"]["places"]);
+        assert_eq!([first[0], second[0], told[0]], [0; 3], "{}", form["form"]);
+        assert!(untold[0] > 0, "a maple has no need of the {}", form["form"]);
+    }
+    assert_eq!(page.matches("data:image/png;base64,iVBOR").count(), 3);
+}
+
 #[test]
 fn sizes_are_those_of_the_files_that_generate_writes() {
     let desk = Desk::new();

@@ -103,7 +103,8 @@ fn say(chapter: &mut Chapter, all: &[Kept]) {
     chapter.text(format!(
         "Trees were kept in a cone, a cube and a ring, {} of each species and form. Of the nodes \
          {:.3} % lie inside in the growth model, {:.3} % in the networks, and {:.1} % where they are \
-         not told; {:.1} % is the goal. Of {goals} goals of single species and forms {met} are met.",
+         not told; {:.1} % is the goal. Of {goals} goals of single species and forms {met} are met, \
+         where two standard errors are allowed.",
         every.first().map_or(0, |of| of.places.len()),
         percent(TEACHER),
         percent(LEARNER),

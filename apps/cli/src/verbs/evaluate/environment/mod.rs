@@ -64,7 +64,8 @@ fn say(chapter: &mut Chapter, all: &[Places], costs: &[Cost]) {
     chapter.text(format!(
         "In {} random scenes that no model has seen, each with a tree of every species, the \
          networks' trees differ from the growth model's on average by: {}. Of {whole} goals of the \
-         mean over species {good} are met, of {goals} of single species {met}.",
+         mean over species {good} are met, and of {goals} of single species {met}, where two \
+         standard errors are allowed.",
         all.first().map_or(0, |of| of.places.len()),
         around::sentence(&every, &QUANTITIES),
     ));
@@ -74,7 +75,7 @@ fn say(chapter: &mut Chapter, all: &[Places], costs: &[Cost]) {
         format!("{nodes} nodes and {edges} edges")
     };
     chapter.text(format!(
-        "Inside or through an obstacle are {} of the growth model ({} of its control) and {} of \
+        "Inside or through obstacles are {} of the growth model ({} of its control) and {} of \
          the networks; of networks that are not told of the scene {}. The shade of the obstacles \
          moves crowns by {} m away from the nearest in the growth model, and by {} m in the \
          networks; not told, by {} m.",

@@ -23,16 +23,17 @@ const WALL: [f32; 3] = [2.0, 16.0, 8.0];
 /// A wall on the right of the tree.
 fn right(distance: f32) -> BoxShape {
     let [thickness, height, half] = WALL;
-    let (min, max) =
-        (Vec3::new(distance, 0.0, -half), Vec3::new(distance + thickness, height, half));
-    BoxShape::Aligned { min, max }
+    let min = Vec3::new(distance, 0.0, -half);
+    BoxShape::Aligned { min, max: Vec3::new(distance + thickness, height, half) }
 }
 
-/// A wall behind it.
-fn behind(distance: f32) -> BoxShape {
-    let [thickness, height, half] = WALL;
-    let min = Vec3::new(-half, 0.0, -distance - thickness);
-    BoxShape::Aligned { min, max: Vec3::new(half, height, -distance) }
+/// A wall on the right and one behind, which meet behind on the right.
+fn two_walls() -> [BoxShape; 2] {
+    let ([thickness, height, half], near) = (WALL, CORNER);
+    let far = near + thickness;
+    let behind = [Vec3::new(-half, 0.0, -far), Vec3::new(far, height, -near)];
+    let right = [Vec3::new(near, 0.0, -near), Vec3::new(far, height, half)];
+    [behind, right].map(|[min, max]| BoxShape::Aligned { min, max })
 }
 
 fn environment(shapes: &[BoxShape]) -> Result<Environment> {
@@ -99,7 +100,7 @@ pub(super) fn walls(study: &Study<'_>, model: &Model, chapter: &mut Chapter) -> 
 /// An L of two walls, from the front and from above, a column a species.
 pub(super) fn corner(study: &Study<'_>, model: &Model, chapter: &mut Chapter) -> Result<()> {
     let mut work = study.verb.model.workspace()?;
-    let place = environment(&[behind(CORNER), right(CORNER)])?;
+    let place = environment(&two_walls())?;
     let boxes = corners(&place);
     let trees = study
         .species
