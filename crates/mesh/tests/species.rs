@@ -32,7 +32,7 @@ fn turned_over(mesh: &Mesh) -> f64 {
 }
 
 #[test]
-fn all_species_have_closed_wood_at_every_level_and_levels_halve() {
+fn all_species_have_closed_wood_at_every_level() {
     for species in SPECIES {
         for seed in 0..seeds() {
             let tree = grown(species, seed);
