@@ -232,7 +232,7 @@ fn the_open_loop_judges_every_node_of_the_teachers_trees() {
         assert_eq!(said["children"]["sum"].as_f64().unwrap(), nodes - 2.0);
     }
     // A length for each edge but the roots', by the model's tables; kind paper has no such law.
-    let lengths = |said: &Value| said["laws"][9]["all"]["bias"]["count"].as_f64().unwrap();
+    let lengths = |said: &Value| said["laws"][10]["all"]["bias"]["count"].as_f64().unwrap();
     assert_eq!((lengths(own), lengths(paper)), (nodes - 2.0, 0.0));
     assert_eq!(page.matches("<svg").count(), 3);
 }
