@@ -81,7 +81,8 @@ fn below_share(outputs: &[f32], logit: f64) -> Option<f64> {
         let mean = f64::from(outputs[components + i]);
         weights[i] * logistic((logit - mean) / scale(outputs[2 * components + i]))
     };
-    finite((0..components).map(below).sum())
+    // Rounding may carry a sum over 1.
+    finite((0..components).map(below).sum()).map(|share| share.min(1.0))
 }
 
 /// What is said of a swing, in deviations of its slot: whether it is aligned, and where it stands
