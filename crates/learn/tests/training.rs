@@ -461,6 +461,7 @@ fn trees_that_break_the_pipe_model_are_named() {
     let mut tree = BranchGraph::new(set.train[0].info.clone(), Vec3::ZERO, signature(0.05));
     tree.grow(0, [Some(signature(0.07)), None, None]);
     set.train.push(tree);
+    set.train_surroundings.push(None);
     let folder = tempfile::tempdir().unwrap();
     let error = train(&set, &tiny(Kind::Situated), folder.path(), &Silent).unwrap_err();
     assert!(matches!(error, TrainError::PipeModel { tree: 4, node: 0, .. }), "{error}");

@@ -12,12 +12,21 @@ use gltf::{Accessor, Document, Gltf, Node, Primitive, Semantic};
 use super::{MAX_FACES, MeshError};
 use crate::triangle::Triangle;
 
+/// Bytes of a file's header, by which its length begins.
+const HEADER: u32 = 12;
+
 /// The triangles of a file. glTF is in metres with y up, as we are.
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Triangle>, MeshError> {
     if !bytes.starts_with(b"glTF") {
         return Err(wrong("it does not begin with glTF"));
     }
     let failed = |error: gltf::Error| wrong(&one_line(&error.to_string()));
+    // The reader subtracts the header's size from what the header says.
+    if let Some(&[a, b, c, d]) = bytes.get(8..12)
+        && u32::from_le_bytes([a, b, c, d]) < HEADER
+    {
+        return Err(wrong("its header says that it ends within itself"));
+    }
     let file = Gltf::from_slice_without_validation(bytes).map_err(failed)?;
     let description = file.document.into_json();
     // The validation looks positions up before it has made sure that they are there.
