@@ -164,9 +164,16 @@ pub(super) fn difference(
     Difference { by, error }
 }
 
-/// Is a difference within its goal and two standard errors?
-pub(super) fn is_met(found: &Difference, goal: f64) -> bool {
-    found.by.abs() <= goal + 2.0 * found.error
+/// A difference within its goal is good, one beyond it by more than two standard errors bad; what
+/// lies between says neither.
+fn tone(found: &Difference, goal: f64) -> Tone {
+    if found.by.abs() <= goal {
+        Tone::Good
+    } else if found.by.abs() > goal + 2.0 * found.error {
+        Tone::Bad
+    } else {
+        Tone::Plain
+    }
 }
 
 fn text(found: &Difference, quantity: &Quantity) -> String {
@@ -186,8 +193,7 @@ pub(super) fn rows(names: &[&str], of: &[&Places], quantities: &[Quantity]) -> V
             let tone = match quantity.goal {
                 _ if side != LEARNER => Tone::Quiet,
                 None => Tone::Plain,
-                Some(goal) if is_met(&found, goal) => Tone::Good,
-                Some(_) => Tone::Bad,
+                Some(goal) => tone(&found, goal),
             };
             Cell::new(text(&found, quantity), tone)
         });
@@ -214,18 +220,19 @@ pub(super) fn sentence(of: &[&Places], quantities: &[Quantity]) -> String {
     quantities.iter().enumerate().map(one).collect::<Vec<_>>().join("; ")
 }
 
-/// Of all species and quantities with a goal, how many the learner meets.
-pub(super) fn met(all: &[Vec<&Places>], quantities: &[Quantity]) -> [usize; 2] {
-    let mut counts = [0, 0];
+/// How many of the differences of a goal are within it, and how many beyond it by more than chance.
+pub(super) fn goals(all: &[Vec<&Places>], quantities: &[Quantity]) -> String {
+    let [mut count, mut good, mut bad] = [0, 0, 0];
     for of in all {
         for (i, quantity) in quantities.iter().enumerate() {
             let Some(goal) = quantity.goal else { continue };
-            let found = difference(of, LEARNER, i, quantity.in_parts);
-            counts[0] += usize::from(is_met(&found, goal));
-            counts[1] += 1;
+            let tone = tone(&difference(of, LEARNER, i, quantity.in_parts), goal);
+            count += 1;
+            good += usize::from(tone == Tone::Good);
+            bad += usize::from(tone == Tone::Bad);
         }
     }
-    counts
+    format!("of {count}, {good} are within their goal and {bad} beyond it by two standard errors")
 }
 
 /// Lines of a table, one a side and quantity, each beginning with `names`.
@@ -284,6 +291,13 @@ mod tests {
         assert_eq!((control.by, control.error), (0.0, 0.0));
         // Two species alike are as sure as one: they stand in the same places.
         assert!((difference(&[&of, &of], LEARNER, 0, true).error - 0.375 / 2.0).abs() < 1e-12);
-        assert!(is_met(&parts, 0.0) && !is_met(&Difference { by: 0.5, error: 0.1 }, 0.2));
+    }
+
+    #[test]
+    fn a_goal_is_met_missed_or_left_open() {
+        let of = |by| tone(&Difference { by, error: 0.1 }, 0.25);
+        assert_eq!([of(0.2), of(-0.2)], [Tone::Good; 2]);
+        assert_eq!([of(0.4), of(-0.4)], [Tone::Plain; 2]);
+        assert_eq!([of(0.5), of(-0.5)], [Tone::Bad; 2]);
     }
 }

@@ -98,18 +98,18 @@ fn of_form<'a>(all: &'a [Kept], form: &str) -> Vec<&'a Places> {
 fn say(chapter: &mut Chapter, all: &[Kept]) {
     let every: Vec<&Places> = all.iter().map(|kept| &kept.places).collect();
     let each: Vec<Vec<&Places>> = every.iter().map(|&of| vec![of]).collect();
-    let [met, goals] = around::met(&each, &QUANTITIES);
     let percent = |side| 100.0 * inside(&every, side);
     chapter.text(format!(
         "Trees were kept in a cone, a cube and a ring, {} of each species and form. Of the nodes \
          {:.3} % lie inside in the growth model, {:.3} % in the networks, and {:.1} % where they are \
-         not told; {:.1} % is the goal. Of {goals} goals of single species and forms {met} are met, \
-         where two standard errors are allowed.",
+         not told; {:.1} % is the goal. Differences of \
+         single species and forms: {}.",
         every.first().map_or(0, |of| of.places.len()),
         percent(TEACHER),
         percent(LEARNER),
         percent(UNTOLD),
         100.0 * INSIDE,
+        around::goals(&each, &QUANTITIES),
     ));
     for form in Volume::NAMES {
         let of = of_form(all, form);
@@ -149,8 +149,8 @@ fn table(chapter: &mut Chapter, all: &[Kept]) {
          error of the jackknife over trees. P2 is a second sample of the growth model, DT the \
          networks, DT not told the same trees in the open field. Voxels: how many hold a node, which \
          is how far the form is filled. Inside: part of the nodes, where the stump and the stem that \
-         reach the form belong to it. Coloured: within 10 % and two standard errors, or not; inside \
-         99.5 % or more. The paper gives no figures.",
+         reach the form belong to it. Coloured: within 10 %, or beyond by more than two standard \
+         errors; inside 99.5 % or more. The paper gives no figures.",
         &header.chain(["inside"]).collect::<Vec<_>>(),
         rows,
     );
