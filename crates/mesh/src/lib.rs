@@ -22,14 +22,18 @@
 
 mod budget;
 mod circle;
+mod dressed;
 mod internode;
+mod material;
 mod mesh;
 mod options;
 mod tubes;
 mod wood;
 
 pub use budget::{BudgetError, within};
+pub use dressed::{Blade, Dressed, Foliage, Leaf};
 pub use internode::Internode;
+pub use material::{Image, Material};
 pub use mesh::{Mesh, Tube};
 pub use options::{MAX_SIDES, WoodOptions, WoodOptionsError};
 pub use tubes::{MIN_EDGE, MIN_RADIUS, tubes};
