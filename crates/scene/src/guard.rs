@@ -3,12 +3,12 @@
 use deeptree_graph::{Occupancy, Vec3, Voxel};
 
 use crate::environment::Environment;
+use crate::scene::Scene;
 
 /// The questions of [`Environment`] that are asked of every edge, with a look at the voxels first.
 #[derive(Clone, Debug)]
 pub struct Guard<'a> {
     environment: &'a Environment,
-    /// The voxels within a voxel of an obstacle: from elsewhere no edge of up to 2 m enters one.
     near: Occupancy,
 }
 
@@ -16,16 +16,7 @@ impl<'a> Guard<'a> {
     /// The guard of an environment.
     #[must_use]
     pub fn new(environment: &'a Environment) -> Self {
-        let mut near = Occupancy::EMPTY;
-        for Voxel { x, y, z } in environment.scene.occupancy().iter() {
-            for i in 0..27 {
-                let [dx, dy, dz] = [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1];
-                let next = Voxel::at(i64::from(x) + dx, i64::from(y) + dy, i64::from(z) + dz);
-                if let Some(next) = next {
-                    near.set(next);
-                }
-            }
-        }
+        let near = near(&environment.scene);
         Self { environment, near }
     }
 
@@ -39,14 +30,7 @@ impl<'a> Guard<'a> {
     /// [`Scene::crosses`](crate::Scene::crosses).
     #[must_use]
     pub fn is_blocked(&self, base: Vec3, tip: Vec3) -> bool {
-        if self.environment.scene.is_empty() {
-            return false;
-        }
-        // Outside of the growth space nobody knows which voxels are taken.
-        let is_clear = Voxel::holding(base).is_some_and(|voxel| !self.near.holds(voxel))
-            && Voxel::holding(tip).is_some()
-            && base.distance_squared(tip) < Occupancy::VOXEL * Occupancy::VOXEL;
-        !is_clear && self.environment.scene.crosses(base, tip)
+        is_blocked(&self.environment.scene, &self.near, base, tip)
     }
 
     /// May the edge of a node run from `base` to `tip`? As [`Environment::admits_edge`].
@@ -57,10 +41,37 @@ impl<'a> Guard<'a> {
     }
 }
 
+/// The voxels within a voxel of an obstacle: from elsewhere no edge of up to 2 m enters one.
+pub(crate) fn near(scene: &Scene) -> Occupancy {
+    let mut near = Occupancy::EMPTY;
+    for Voxel { x, y, z } in scene.occupancy().iter() {
+        for i in 0..27 {
+            let [dx, dy, dz] = [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1];
+            let next = Voxel::at(i64::from(x) + dx, i64::from(y) + dy, i64::from(z) + dz);
+            if let Some(next) = next {
+                near.set(next);
+            }
+        }
+    }
+    near
+}
+
+/// Does the edge enter an obstacle, or lie inside one? `near` is that of the scene.
+pub(crate) fn is_blocked(scene: &Scene, near: &Occupancy, base: Vec3, tip: Vec3) -> bool {
+    if scene.is_empty() {
+        return false;
+    }
+    // Outside of the growth space nobody knows which voxels are taken.
+    let is_clear = Voxel::holding(base).is_some_and(|voxel| !near.holds(voxel))
+        && Voxel::holding(tip).is_some()
+        && base.distance_squared(tip) < Occupancy::VOXEL * Occupancy::VOXEL;
+    !is_clear && scene.crosses(base, tip)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BoxShape, Cuboid, Scene, Volume};
+    use crate::{BoxShape, Cuboid, Volume};
     use deeptree_graph::Seed;
 
     #[test]

@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use deeptree_graph::{Node, Occupancy, Room, Surround, Vec3, Voxel};
 
 use crate::environment::Environment;
+use crate::guard;
 use crate::sky::Sky;
 
 /// Voxels of the growth space.
@@ -17,7 +18,7 @@ pub struct Site {
     environment: Environment,
     taken: Occupancy,
     shading: Occupancy,
-    /// The voxels within a voxel of an obstacle: no edge from elsewhere of up to 2 m enters one.
+    /// See [`guard::near`].
     near: Occupancy,
     /// None where the middle of the voxel lies in an obstacle.
     skies: Vec<OnceLock<Option<Sky>>>,
@@ -28,16 +29,7 @@ impl Site {
     #[must_use]
     pub fn new(environment: Environment) -> Self {
         let (taken, shading) = (environment.occupancy(), environment.scene.occupancy());
-        let mut near = Occupancy::EMPTY;
-        for Voxel { x, y, z } in shading.iter() {
-            for i in 0..27 {
-                let [dx, dy, dz] = [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1];
-                let next = Voxel::at(i64::from(x) + dx, i64::from(y) + dy, i64::from(z) + dz);
-                if let Some(next) = next {
-                    near.set(next);
-                }
-            }
-        }
+        let near = guard::near(&environment.scene);
         let cells = if environment.scene.is_empty() { 0 } else { VOXELS };
         let skies = std::iter::repeat_with(OnceLock::new).take(cells).collect();
         Self { environment, taken, shading, near, skies }
@@ -88,20 +80,16 @@ impl Site {
 
 impl Room for Site {
     fn admits_edge(&self, base: Vec3, tip: Vec3) -> bool {
-        let in_volume = || self.environment.volume.as_ref().is_none_or(|volume| volume.admits(tip));
-        let is_far = || {
-            Voxel::holding(base).is_some_and(|voxel| !self.near.holds(voxel))
-                && base.distance_squared(tip) <= Occupancy::VOXEL * Occupancy::VOXEL
-        };
-        in_volume()
-            && (self.skies.is_empty() || is_far() || !self.environment.scene.crosses(base, tip))
+        let Environment { scene, volume } = &self.environment;
+        volume.as_ref().is_none_or(|volume| volume.admits(tip))
+            && !guard::is_blocked(scene, &self.near, base, tip)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Scene, Volume};
+    use crate::{BoxShape, Cuboid, Scene, Volume};
     use deeptree_graph::Seed;
     use deeptree_graph::testing::random_tree;
 
@@ -126,6 +114,18 @@ mod tests {
                 assert_eq!(site.admits_edge(base, tip), environment.admits_edge(base, tip));
             }
         }
+    }
+
+    #[test]
+    fn an_obstacle_beyond_the_growth_space_is_met_too() {
+        let (min, max) = (Vec3::new(32.5, 0.0, -5.0), Vec3::new(34.0, 9.0, 5.0));
+        let wall = Cuboid::new(BoxShape::Aligned { min, max }).unwrap();
+        let scene = Scene::new(vec![wall], Vec::new()).unwrap();
+        let site = Site::new(Environment { scene, volume: None });
+        assert!(site.taken().is_empty());
+        let base = Vec3::new(31.8, 4.0, 0.0);
+        assert!(!site.admits_edge(base, base + Vec3::X));
+        assert!(site.admits_edge(base, base - Vec3::X));
     }
 
     #[test]
