@@ -10,6 +10,7 @@
 #![forbid(unsafe_code)]
 
 mod atomic;
+mod beside;
 pub mod gltf;
 mod images;
 mod numbers;
@@ -21,5 +22,6 @@ mod surface;
 pub mod tables;
 
 pub use atomic::{WriteError, write_atomically};
+pub use beside::NameError;
 pub use images::ImageError;
 pub use subject::Subject;

@@ -1,7 +1,7 @@
 //! The vertices and triangles of wood and of leaves, one after another, as files want them.
 
 use deeptree_graph::{NodeId, Vec3};
-use deeptree_mesh::{Foliage, Leaf, Mesh};
+use deeptree_mesh::{Blade, Foliage, Leaf, Mesh};
 
 /// Triangles that can be gone through without a copy of them in memory.
 pub(crate) trait Surface {
@@ -81,7 +81,7 @@ impl Surface for Foliage {
     }
 
     fn tangents(&self) -> impl Iterator<Item = [f32; 4]> {
-        let of_blade = blade_mesh(self).tangents();
+        let of_blade = self.blade.tangents().collect::<Vec<_>>();
         self.leaves.iter().flat_map(move |leaf| {
             let turn = |[x, y, z, sign]: [f32; 4]| {
                 let t = turned(leaf, Vec3::new(x, y, z));
@@ -103,16 +103,46 @@ impl Surface for Foliage {
     }
 }
 
-/// The one blade as a mesh, for what a mesh knows of itself.
-pub(crate) fn blade_mesh(kind: &Foliage) -> Mesh {
-    let blade = &kind.blade;
-    Mesh {
-        positions: blade.positions.clone(),
-        normals: blade.normals.clone(),
-        uvs: blade.uvs.clone(),
-        nodes: vec![0; blade.positions.len()],
-        indices: blade.indices.clone(),
-        ..Mesh::default()
+/// The one blade, in its own frame.
+impl Surface for Blade {
+    fn vertex_count(&self) -> usize {
+        self.positions.len()
+    }
+
+    fn triangle_count(&self) -> usize {
+        self.indices.len() / 3
+    }
+
+    fn positions(&self) -> impl Iterator<Item = Vec3> {
+        self.positions.iter().copied()
+    }
+
+    fn normals(&self) -> impl Iterator<Item = Vec3> {
+        self.normals.iter().copied()
+    }
+
+    fn uvs(&self) -> impl Iterator<Item = [f32; 2]> {
+        self.uvs.iter().copied()
+    }
+
+    fn tangents(&self) -> impl Iterator<Item = [f32; 4]> {
+        let mesh = Mesh {
+            positions: self.positions.clone(),
+            normals: self.normals.clone(),
+            uvs: self.uvs.clone(),
+            indices: self.indices.clone(),
+            ..Mesh::default()
+        };
+        mesh.tangents().into_iter()
+    }
+
+    /// It stands on none.
+    fn nodes(&self) -> impl Iterator<Item = NodeId> {
+        std::iter::repeat_n(0, self.positions.len())
+    }
+
+    fn triangles(&self) -> impl Iterator<Item = [u32; 3]> {
+        self.indices.as_chunks::<3>().0.iter().copied()
     }
 }
 

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use deeptree_export::Subject;
-use deeptree_export::gltf::{Attributes, Document, Options};
+use deeptree_export::gltf::{Attributes, Document, Level, Options};
 use deeptree_graph::TreeInfo;
 use deeptree_graph::testing::random_tree;
 use deeptree_mesh::{Mesh, WoodOptions, wood};
@@ -115,12 +115,46 @@ fn dressed(samples: &mut Samples) {
     }
 }
 
+/// The blade counts once, as the validator does not know the extension.
+fn instanced(samples: &mut Samples) {
+    let (tree, dressed) = common::dressed(7, 60);
+    let attributes = Attributes { labels: true, ..Attributes::default() };
+    let options = Options { attributes, instancing: true };
+    let document = Document::new((&dressed).into(), &tree.info, options).unwrap();
+    let blades = dressed.foliage.iter().map(|kind| kind.blade.positions.len()).sum::<usize>();
+    let wood = counts((&dressed.wood).into());
+    samples.add(document, (wood.0 + blades, wood.1 + blades / 2));
+}
+
+fn levels(samples: &mut Samples) {
+    let (tree, fine) = common::dressed(8, 60);
+    let coarse = wood(&tree, &WoodOptions::lod(3));
+    let subjects = [Subject::from(&fine), Subject::from(&coarse)];
+    let levels = subjects.map(|subject| Level { subject, coverage: 0.1 });
+    let document = Document::with_levels(&levels, &tree.info, Options::default()).unwrap();
+    let [a, b] = subjects.map(counts);
+    samples.add(document, (a.0 + b.0, a.1 + b.1));
+}
+
+/// `.gltf` with files beside it, whose name has a blank.
+fn beside(samples: &mut Samples) {
+    let (tree, dressed) = common::dressed(9, 60);
+    let document = Document::new((&dressed).into(), &tree.info, Options::default()).unwrap();
+    let path = samples.folder.path().join("a tree.gltf");
+    document.save(&path).unwrap();
+    let (vertices, triangles) = counts((&dressed).into());
+    samples.all.push(Sample { path, vertices, triangles });
+}
+
 #[test]
 fn glb_files_pass_the_khronos_validator() {
     let Some(installed) = validator() else { return };
     let mut samples = Samples { folder: tempfile::tempdir().unwrap(), all: Vec::new() };
     bare(&mut samples);
     dressed(&mut samples);
+    instanced(&mut samples);
+    levels(&mut samples);
+    beside(&mut samples);
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/khronos_validator.js");
     let output = Command::new("node")
         .arg(script)

@@ -12,7 +12,6 @@ use gltf::{Accessor, Index, Root};
 use gltf_json as gltf;
 
 use super::GltfError;
-use super::container::write_head;
 use super::json;
 use super::materials::{Materials, Wrap};
 use super::parts::{Attributes, Part};
@@ -42,10 +41,10 @@ struct Block<'a> {
 pub struct Document<'a> {
     pub(super) root: Root,
     pub(super) materials: Materials<'a>,
-    options: Options,
+    pub(super) options: Options,
     blocks: Vec<Block<'a>>,
     /// Bytes of all blocks, with what fills them up.
-    bytes: u64,
+    pub(super) bytes: u64,
 }
 
 impl<'a> Document<'a> {
@@ -66,18 +65,18 @@ impl<'a> Document<'a> {
     }
 
     /// A description of nothing yet.
-    fn empty(info: &TreeInfo, options: Options) -> Self {
+    pub(super) fn empty(info: &TreeInfo, options: Options) -> Self {
         let root = Root { asset: json::asset(info), ..Root::default() };
         Self { root, materials: Materials::default(), options, blocks: Vec::new(), bytes: 0 }
     }
 
     /// Makes these nodes what is seen.
-    fn show(&mut self, nodes: Vec<Index<gltf::Node>>) {
+    pub(super) fn show(&mut self, nodes: Vec<Index<gltf::Node>>) {
         let scene = gltf::Scene { nodes, name: None, extensions: None, extras: None };
         self.root.scene = Some(self.root.push(scene));
     }
 
-    fn push_tree(
+    pub(super) fn push_tree(
         &mut self,
         subject: Subject<'a>,
         name: String,
@@ -86,8 +85,8 @@ impl<'a> Document<'a> {
         let wood = subject.wood;
         if !wood.indices.is_empty() {
             let material = self.material(subject.bark, Wrap::Repeat)?;
-            let tangents = subject.bark.normal_image.is_some();
-            let primitive = self.push_surface(wood, &wood.internodes, material, tangents);
+            let wanted = self.wanted(subject.bark.normal_image.is_some());
+            let primitive = self.push_surface(wood, &wood.internodes, material, wanted);
             node.mesh = Some(self.push_mesh(primitive, name));
         }
         // Children before the node: it names them.
@@ -104,10 +103,23 @@ impl<'a> Document<'a> {
     ) -> Result<Index<gltf::Node>, GltfError> {
         let material = self.material(&kind.material, Wrap::Clamp)?;
         let tangents = kind.material.normal_image.is_some();
-        let primitive = self.push_surface(kind, internodes, material, tangents);
         let name = kind.material.name.clone();
+        if self.options.instancing {
+            let wanted = Attributes { tangents, ..Attributes::default() };
+            let primitive = self.push_surface(&kind.blade, &[], material, wanted);
+            let mesh = self.push_mesh(primitive, name);
+            return Ok(self.push_instances(kind, mesh));
+        }
+        let wanted = self.wanted(tangents);
+        let primitive = self.push_surface(kind, internodes, material, wanted);
         let mesh = Some(self.push_mesh(primitive, name.clone()));
         Ok(self.root.push(gltf::Node { mesh, name: Some(name), ..gltf::Node::default() }))
+    }
+
+    /// The attributes that are asked for, and tangents where a material needs them.
+    fn wanted(&self, tangents: bool) -> Attributes {
+        let wanted = self.options.attributes;
+        Attributes { tangents: wanted.tangents || tangents, ..wanted }
     }
 
     fn material(
@@ -136,10 +148,8 @@ impl<'a> Document<'a> {
         surface: &'a S,
         internodes: &'a [Internode],
         material: Index<gltf::Material>,
-        tangents: bool,
+        wanted: Attributes,
     ) -> gltf::mesh::Primitive {
-        let wanted = self.options.attributes;
-        let wanted = Attributes { tangents: wanted.tangents || tangents, ..wanted };
         let vertices = surface.vertex_count();
         let mut attributes = BTreeMap::new();
         for part in Part::all(wanted) {
@@ -196,36 +206,28 @@ impl<'a> Document<'a> {
         view
     }
 
-    /// Writes the tree as binary glTF, with the pictures in it.
-    ///
-    /// # Errors
-    ///
-    /// When the file would pass the 4 GiB that the format can count, or the output fails.
-    pub fn write_glb(mut self, out: &mut impl Write) -> Result<(), GltfError> {
-        for (i, picture) in std::mem::take(&mut self.materials.pictures).into_iter().enumerate() {
-            let bytes = picture.png.len() as u64;
-            let view = self.push_view(bytes, None, move |out| out.write_all(&picture.png));
-            let image = &mut self.root.images[i];
-            image.buffer_view = Some(view);
-            image.mime_type = Some(gltf::image::MimeType("image/png".to_owned()));
-        }
-        if self.bytes > 0 {
-            self.root.buffers = vec![json::buffer(self.bytes, None)];
-        }
-        let text = gltf::serialize::to_vec(&self.root).map_err(io::Error::from)?;
-        let mut out: Out<'_> = BufWriter::with_capacity(1 << 16, out);
-        write_head(text, self.bytes, &mut out)?;
-        self.write_blocks(&mut out)?;
-        Ok(out.flush()?)
-    }
-
     /// The contents of the buffer.
-    fn write_blocks(&self, out: &mut Out<'_>) -> io::Result<()> {
+    pub(super) fn write_blocks(&self, out: &mut Out<'_>) -> io::Result<()> {
         for block in &self.blocks {
             (block.write)(out)?;
             let padding = block.bytes.next_multiple_of(4) - block.bytes;
             out.write_all(&[0; 3][..padding as usize])?;
         }
         Ok(())
+    }
+}
+
+/// Says that the description uses an extension.
+pub(super) fn note(root: &mut Root, extension: &str) {
+    if !root.extensions_used.iter().any(|known| known == extension) {
+        root.extensions_used.push(extension.to_owned());
+    }
+}
+
+/// Says that the description means nothing without an extension.
+pub(super) fn require(root: &mut Root, extension: &str) {
+    note(root, extension);
+    if !root.extensions_required.iter().any(|known| known == extension) {
+        root.extensions_required.push(extension.to_owned());
     }
 }

@@ -26,16 +26,22 @@
 
 mod container;
 mod document;
+mod instances;
 mod json;
+mod levels;
 mod materials;
 mod parts;
+mod save;
 
 use std::io;
 
 pub use document::{Document, Options};
+pub use levels::Level;
 pub use parts::Attributes;
 
-use crate::ImageError;
+use crate::atomic::WriteError;
+use crate::beside::NameError;
+use crate::images::ImageError;
 
 /// Why a glTF file was not written.
 #[derive(Debug, thiserror::Error)]
@@ -58,6 +64,12 @@ pub enum GltfError {
         /// What is wrong with the picture.
         source: ImageError,
     },
+    /// Files beside it cannot be named after it.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// A file was not written.
+    #[error(transparent)]
+    File(#[from] WriteError),
     /// The output failed.
     #[error(transparent)]
     Io(#[from] io::Error),
