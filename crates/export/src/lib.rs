@@ -20,6 +20,7 @@ mod subject;
 mod surface;
 #[cfg(feature = "parquet")]
 pub mod tables;
+pub mod usd;
 
 pub use atomic::{WriteError, write_atomically};
 pub use beside::NameError;
