@@ -3,7 +3,7 @@
 import json
 import sys
 
-from pxr import Usd, UsdGeom, UsdShade, UsdUtils
+from pxr import Usd, UsdGeom, UsdShade, UsdValidation
 
 
 def meshes(stage):
@@ -34,17 +34,18 @@ def material_of(mesh):
 
 
 def check(path):
-    checker = UsdUtils.ComplianceChecker(arkit=False, skipARKitRootLayerCheck=True)
-    checker.CheckCompliance(path)
     stage = Usd.Stage.Open(path)
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    problems = UsdValidation.ValidationContext(validators).Validate(stage)
     instancers = [UsdGeom.PointInstancer(p) for p in stage.Traverse() if p.IsA(UsdGeom.PointInstancer)]
     box = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"])
     bounds = box.ComputeWorldBound(stage.GetDefaultPrim()).ComputeAlignedRange()
     return {
         "file": path,
-        "problems": checker.GetErrors() + checker.GetFailedChecks() + checker.GetWarnings(),
+        "problems": [problem.GetErrorAsString() for problem in problems],
         "up": UsdGeom.GetStageUpAxis(stage),
         "meters_per_unit": UsdGeom.GetStageMetersPerUnit(stage),
+        "validators": len(validators),
         "default_prim": stage.GetDefaultPrim().GetName(),
         "seed": str(stage.GetRootLayer().customLayerData["seed"]),
         "vertices": [len(mesh.GetPointsAttr().Get()) for mesh in meshes(stage)],
