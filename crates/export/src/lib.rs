@@ -20,9 +20,11 @@ mod subject;
 mod surface;
 #[cfg(feature = "parquet")]
 pub mod tables;
+mod unfolding;
 pub mod usd;
 
 pub use atomic::{WriteError, write_atomically};
 pub use beside::NameError;
 pub use images::ImageError;
 pub use subject::Subject;
+pub use unfolding::Unfolding;

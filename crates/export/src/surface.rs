@@ -16,6 +16,11 @@ pub(crate) trait Surface {
     fn nodes(&self) -> impl Iterator<Item = NodeId>;
     fn triangles(&self) -> impl Iterator<Item = [u32; 3]>;
 
+    /// Where each vertex is held by the tree: itself, or the foot of its leaf.
+    fn anchors(&self) -> impl Iterator<Item = Vec3> {
+        self.positions()
+    }
+
     /// The lowest and the highest coordinates; none without vertices.
     fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let mut positions = self.positions();
@@ -100,6 +105,10 @@ impl Surface for Foliage {
         let corners = self.blade.indices.as_chunks::<3>().0;
         (0..self.leaves.len() as u32)
             .flat_map(move |leaf| corners.iter().map(move |t| t.map(|i| i + leaf * size)))
+    }
+
+    fn anchors(&self) -> impl Iterator<Item = Vec3> {
+        self.leaves.iter().flat_map(|leaf| self.blade.positions.iter().map(|_| leaf.position))
     }
 }
 

@@ -9,8 +9,8 @@ mod common;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use deeptree_export::Subject;
 use deeptree_export::gltf::{Attributes, Document, Level, Options};
+use deeptree_export::{Subject, Unfolding};
 use deeptree_graph::TreeInfo;
 use deeptree_graph::testing::random_tree;
 use deeptree_mesh::{Mesh, WoodOptions, wood};
@@ -136,6 +136,17 @@ fn levels(samples: &mut Samples) {
     samples.add(document, (a.0 + b.0, a.1 + b.1));
 }
 
+fn growing(samples: &mut Samples) {
+    for nodes in [1, 60, 5000] {
+        let (tree, dressed) = common::dressed(8, nodes);
+        let unfolding = Unfolding::new(&tree, 8.0);
+        let subject = Subject::from(&dressed);
+        let document =
+            Document::unfolding(subject, &unfolding, &tree.info, Options::default()).unwrap();
+        samples.add(document, counts(subject));
+    }
+}
+
 /// `.gltf` with files beside it, whose name has a blank.
 fn beside(samples: &mut Samples) {
     let (tree, dressed) = common::dressed(9, 60);
@@ -154,6 +165,7 @@ fn glb_files_pass_the_khronos_validator() {
     dressed(&mut samples);
     instanced(&mut samples);
     levels(&mut samples);
+    growing(&mut samples);
     beside(&mut samples);
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/khronos_validator.js");
     let output = Command::new("node")

@@ -32,6 +32,7 @@ mod levels;
 mod materials;
 mod parts;
 mod save;
+mod skin;
 
 use std::io;
 
