@@ -64,6 +64,8 @@ pub enum Purpose {
     CrossSection = 96,
     /// When a branch swings in the wind.
     WindPhase = 97,
+    /// Where and how the leafy shoots of an internode stand.
+    Shoots = 112,
 }
 
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
