@@ -24,6 +24,8 @@ pub enum ReadCloudError {
         "line {line} has decimal commas and other separators too; write decimal points instead"
     )]
     DecimalComma { line: u64 },
+    #[error("this is no readable PLY file")]
+    Ply(#[from] crate::ply::PlyError),
     #[error("more points than 2³² cannot be held; read with a limit")]
     TooMany,
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::error::ReadCloudError;
 use crate::gather::{ReadOptions, Reading};
-use crate::xyz;
+use crate::{ply, xyz};
 
 /// Reads a cloud from a file, in the format that its first bytes tell.
 ///
@@ -16,6 +16,8 @@ use crate::xyz;
 pub fn read_file(path: &Path, options: &ReadOptions) -> Result<Reading, ReadCloudError> {
     let open = |source| ReadCloudError::Open { path: path.to_owned(), source };
     let mut file = BufReader::with_capacity(1 << 16, File::open(path).map_err(open)?);
-    file.fill_buf()?;
-    xyz::read(file, options)
+    match file.fill_buf()? {
+        [b'p', b'l', b'y', b'\r' | b'\n', ..] => ply::read(file, options),
+        _ => xyz::read(file, options),
+    }
 }

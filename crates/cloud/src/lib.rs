@@ -17,6 +17,7 @@
 //! | format | module |
 //! |---|---|
 //! | text, one point a line: `.xyz .txt .csv .asc .pts` | [`xyz`] |
+//! | Stanford PLY, ascii or binary | [`ply`] |
 
 #![forbid(unsafe_code)]
 
@@ -25,6 +26,10 @@ mod columns;
 mod error;
 mod files;
 mod gather;
+mod names;
+pub mod ply;
+#[cfg(test)]
+mod testing;
 mod thin;
 pub mod xyz;
 

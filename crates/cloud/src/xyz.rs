@@ -5,7 +5,6 @@
 //! those of [`Columns::NAMES`]; others are skipped); without one, the first three columns are the
 //! place and the rest is skipped. A first line of one number is the count of points, as in `.pts`.
 
-mod columns;
 mod read;
 mod tokens;
 mod write;

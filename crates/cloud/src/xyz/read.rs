@@ -4,9 +4,12 @@ use std::io::{BufReader, Read};
 
 use crate::error::ReadCloudError;
 use crate::gather::{Gather, ReadOptions, Reading};
+use crate::names::Layout;
 
-use super::columns::{Layout, MOST};
 use super::tokens::{Lines, fields, has_decimal_commas, without_comment};
+
+/// Columns beyond these are not looked at.
+const MOST: usize = 64;
 
 /// So much of a bad line is shown.
 const SHOWN: usize = 60;

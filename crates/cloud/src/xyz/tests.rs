@@ -1,6 +1,6 @@
 use super::*;
-use crate::{Attributes, Class, Cloud, Columns, ReadCloudError, ReadOptions, Reading};
-use deeptree_graph::Vec3;
+use crate::testing::labelled;
+use crate::{ReadCloudError, ReadOptions, Reading};
 
 fn read_text(text: &str) -> Result<Reading, ReadCloudError> {
     read(text.as_bytes(), &ReadOptions::default())
@@ -96,19 +96,7 @@ fn one_stray_point_does_not_move_the_origin() {
 
 #[test]
 fn what_is_written_reads_the_same() {
-    let mut columns = Columns::with([true; 6]);
-    let points: Vec<Vec3> = (0..50).map(|i| Vec3::new(1.0, 0.1, 1e-7) * (i as f32 - 7.3)).collect();
-    for i in 0..50u16 {
-        columns.push(&Attributes {
-            intensity: f32::from(i) * 0.1,
-            class: [Class::Wood, Class::Leaf, Class::Ground][usize::from(i % 3)],
-            branch: u32::MAX - u32::from(i),
-            order: i,
-            node: u32::from(i) << 20,
-            station: 65535 - i,
-        });
-    }
-    let cloud = Cloud { points, columns, ..Cloud::default() };
+    let cloud = labelled([0.0; 3]);
     let mut text = Vec::new();
     write(&cloud, &mut text).unwrap();
     assert_eq!(read(&text[..], &ReadOptions::default()).unwrap().cloud, cloud);
