@@ -2,8 +2,102 @@
 
 #![forbid(unsafe_code)]
 
+mod assemble;
+mod circle;
 pub mod fit;
+mod foot;
 mod kdtree;
+mod levels;
+mod prepare;
+mod skeleton;
+mod thickness;
+mod trace;
+mod ways;
+mod shape;
+
+use deeptree_graph::{BranchGraph, TreeInfo, Vec3};
 
 pub use fit::Fit;
 pub use kdtree::KdTree;
+pub use prepare::MOST_POINTS;
+
+/// Why no tree can be made of a cloud.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum Error {
+    #[error("none of the cloud's {given} points is a finite number; a tree needs at least two")]
+    NoPoints { given: usize },
+    #[error("all {points} points of the cloud are at one place; a tree needs an extent")]
+    OnePlace { points: usize },
+    #[error("the root is at {x}, {y}, {z}; give three finite numbers")]
+    Root { x: f32, y: f32, z: f32 },
+    #[error("{what} is {value}; it must be a number above 0")]
+    NotPositive { what: &'static str, value: f32 },
+    #[error("the skeleton is no tree: {0}")]
+    Graph(#[from] deeptree_graph::GraphError),
+}
+
+/// How a cloud is read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Where the tree stands, in the cloud's frame; found when none is given.
+    pub root: Option<Vec3>,
+    /// Points this near to a branch need no branch of their own, in metres; by the cloud's height and
+    /// spacing when none is given.
+    pub cover: Option<f32>,
+    /// Points that are worked on at most.
+    pub most_points: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { root: None, cover: None, most_points: MOST_POINTS }
+    }
+}
+
+/// A tree made of a cloud.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reconstruction {
+    /// The tree, its foot at the origin.
+    pub tree: BranchGraph,
+    /// Where the foot stands in the cloud's frame: add it to a position of the tree.
+    pub foot: Vec3,
+}
+
+/// Makes a tree of a cloud: metres, y up.
+///
+/// # Errors
+///
+/// When the cloud has no extent or the options make no sense.
+pub fn reconstruct(cloud: &[Vec3], options: &Options) -> Result<Reconstruction, Error> {
+    let cloud = prepare::prepare(cloud, options.most_points)?;
+    let points = foot::above_ground(&cloud.points).unwrap_or(cloud.points);
+    let (low, high) = foot::bounds(&points);
+    let side = (high - low).max_element();
+    let foot = foot::foot(&points, options.root);
+    let index = KdTree::new(&points);
+    let neighbours = ways::Neighbours::new(&points, &index);
+    let ways = ways::ways(&neighbours, points.len(), &foot.points);
+    let cover = options.cover.unwrap_or(0.004 * side);
+    let shares = levels::shares_beyond(&neighbours, &ways, 0.015 * side);
+    let stem = foot.radius.unwrap_or(0.012 * side);
+    let radius: Vec<f32> = shares.iter().map(|share| stem * libm::sqrtf(*share)).collect();
+    let tracing = trace::Tracing {
+        points: &points,
+        index: &index,
+        ways: &ways,
+        radius: &radius,
+        cover,
+        worth: std::env::var("WORTH").map_or(1.0, |v| v.parse().unwrap_or(1.0))*neighbours.spacing,
+    };
+    let mut skeleton = trace::trace(&tracing, &foot);
+    shape::shape(&mut skeleton, &points, cover);
+    thickness::thicken(&mut skeleton, &points, stem, 5e-4 * side);
+    let info = TreeInfo { species: "oak".into(), age: 0, gravitropism: 0.0, seed: 0 };
+    for joint in &mut skeleton.joints {
+        joint.position -= foot.centre;
+    }
+    let (tree, _) = assemble::assemble(&skeleton, info)?;
+    Ok(Reconstruction { tree, foot: foot.centre })
+}
