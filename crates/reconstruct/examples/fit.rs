@@ -1,8 +1,8 @@
 //! Reconstructs the clouds named (plain `x y z` rows, z up) and prints how well each fits.
-use std::time::Instant;
 use deeptree_graph::Vec3;
 use deeptree_mesh::{WoodOptions, wood};
 use deeptree_reconstruct::{Fit, Options, fit::SAMPLES, reconstruct};
+use std::time::Instant;
 
 fn main() {
     for path in std::env::args().skip(1) {
@@ -21,7 +21,9 @@ fn main() {
             .collect();
         let start = Instant::now();
         let mut options = Options::default();
-        if let Ok(c) = std::env::var("COVER") { options.cover = Some(c.parse().expect("number")); }
+        if let Ok(c) = std::env::var("COVER") {
+            options.cover = Some(c.parse().expect("number"));
+        }
         let made = reconstruct(&cloud, &options).expect("a tree");
         let seconds = start.elapsed().as_secs_f64();
         let height = {
@@ -36,21 +38,34 @@ fn main() {
         let t = [0.01 * height, 0.05];
         println!(
             "{path}: F {:.4} {:.4} | recall {:.4} {:.4} precision {:.4} {:.4} | {length:.0} m, {} nodes, {seconds:.3} s, vol {:.3} area {:.2} r0 {:.3}",
-            fit.f_score(t[0]), fit.f_score(t[1]),
-            fit.cloud_to_tree.share_within(t[0]), fit.cloud_to_tree.share_within(t[1]),
-            fit.tree_to_cloud.share_within(t[0]), fit.tree_to_cloud.share_within(t[1]),
-            made.tree.len(), mesh.volume(), mesh.area(), made.tree.root().thickness,
+            fit.f_score(t[0]),
+            fit.f_score(t[1]),
+            fit.cloud_to_tree.share_within(t[0]),
+            fit.cloud_to_tree.share_within(t[1]),
+            fit.tree_to_cloud.share_within(t[0]),
+            fit.tree_to_cloud.share_within(t[1]),
+            made.tree.len(),
+            mesh.volume(),
+            mesh.area(),
+            made.tree.root().thickness,
         );
         if let Ok(out) = std::env::var("DUMP") {
-            let name = std::path::Path::new(&path).file_stem().unwrap().to_string_lossy().to_string();
+            let name =
+                std::path::Path::new(&path).file_stem().unwrap().to_string_lossy().to_string();
             let mut s = String::new();
             for n in made.tree.nodes() {
-                let b = n.base() + made.foot; let p = n.position + made.foot;
-                s += &format!("{} {} {} {} {} {} {} {}\n", b.x, b.y, b.z, p.x, p.y, p.z, n.thickness, n.order);
+                let b = n.base() + made.foot;
+                let p = n.position + made.foot;
+                s += &format!(
+                    "{} {} {} {} {} {} {} {}\n",
+                    b.x, b.y, b.z, p.x, p.y, p.z, n.thickness, n.order
+                );
             }
             std::fs::write(format!("{out}/{name}.skel"), s).unwrap();
             let mut s = String::new();
-            for p in &cloud { s += &format!("{} {} {}\n", p.x, p.y, p.z); }
+            for p in &cloud {
+                s += &format!("{} {} {}\n", p.x, p.y, p.z);
+            }
             std::fs::write(format!("{out}/{name}.pts"), s).unwrap();
         }
     }

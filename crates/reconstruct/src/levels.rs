@@ -46,7 +46,8 @@ fn below(part: &[u32], ways: &Ways) -> Vec<u32> {
         let to = *part.get(next as usize)?;
         (to != part[i]).then_some((part[i], to))
     };
-    let mut crossings: Vec<(u32, u32)> = ways.next.iter().enumerate().filter_map(crossing).collect();
+    let mut crossings: Vec<(u32, u32)> =
+        ways.next.iter().enumerate().filter_map(crossing).collect();
     crossings.sort_unstable();
     let mut below = vec![NONE; part.len()];
     let mut most = vec![0; part.len()];

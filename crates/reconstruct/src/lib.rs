@@ -9,11 +9,11 @@ mod foot;
 mod kdtree;
 mod levels;
 mod prepare;
+mod shape;
 mod skeleton;
 mod thickness;
 mod trace;
 mod ways;
-mod shape;
 
 use deeptree_graph::{BranchGraph, TreeInfo, Vec3};
 
@@ -79,7 +79,7 @@ pub fn reconstruct(cloud: &[Vec3], options: &Options) -> Result<Reconstruction, 
     let index = KdTree::new(&points);
     let neighbours = ways::Neighbours::new(&points, &index);
     let ways = ways::ways(&neighbours, points.len(), &foot.points);
-    let cover = options.cover.unwrap_or(0.004 * side);
+    let cover = options.cover.unwrap_or(0.003 * side);
     let shares = levels::shares_beyond(&neighbours, &ways, 0.015 * side);
     let stem = foot.radius.unwrap_or(0.012 * side);
     let radius: Vec<f32> = shares.iter().map(|share| stem * libm::sqrtf(*share)).collect();
@@ -89,11 +89,18 @@ pub fn reconstruct(cloud: &[Vec3], options: &Options) -> Result<Reconstruction, 
         ways: &ways,
         radius: &radius,
         cover,
-        worth: std::env::var("WORTH").map_or(1.0, |v| v.parse().unwrap_or(1.0))*neighbours.spacing,
+        worth: std::env::var("WORTH").map_or(4.0, |v| v.parse().unwrap_or(1.0))
+            * neighbours.spacing,
     };
     let mut skeleton = trace::trace(&tracing, &foot);
     shape::shape(&mut skeleton, &points, cover);
-    thickness::thicken(&mut skeleton, &points, stem, 5e-4 * side);
+    let prior = thickness::Prior {
+        stem,
+        thinnest: 5e-4 * side,
+        visible: std::env::var("VIS").map_or(1.2, |v| v.parse().unwrap_or(1.0))
+            * neighbours.spacing,
+    };
+    thickness::thicken(&mut skeleton, &points, &prior);
     let info = TreeInfo { species: "oak".into(), age: 0, gravitropism: 0.0, seed: 0 };
     for joint in &mut skeleton.joints {
         joint.position -= foot.centre;

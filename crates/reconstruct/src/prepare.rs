@@ -31,9 +31,8 @@ pub(crate) fn prepare(cloud: &[Vec3], most: usize) -> Result<Cloud, Error> {
     // Squares of distances must stay finite.
     let is_sound = |p: &&Vec3| p.is_finite() && p.abs().max_element() < 1e15;
     let finite = || cloud.iter().filter(is_sound);
-    let bounds = finite().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| {
-        (low.min(p), high.max(p))
-    });
+    let bounds = finite()
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
     let count = finite().count();
     if count == 0 {
         return Err(Error::NoPoints { given: cloud.len() });
@@ -94,9 +93,9 @@ mod tests {
         assert_eq!((all.points.len(), all.not_finite), (1000, 1));
         let few = prepare(&column, 100).unwrap();
         assert!((50..=100).contains(&few.points.len()), "{}", few.points.len());
-        let farthest = column.iter().map(|p| {
-            few.points.iter().map(|q| p.distance(*q)).fold(f32::INFINITY, f32::min)
-        });
+        let farthest = column
+            .iter()
+            .map(|p| few.points.iter().map(|q| p.distance(*q)).fold(f32::INFINITY, f32::min));
         assert!(farthest.fold(0.0, f32::max) <= few.voxel);
     }
 }

@@ -10,10 +10,6 @@ use crate::kdtree::KdTree;
 /// Neighbours that each point is joined to.
 const NEIGHBOURS: usize = 10;
 
-
-
-
-
 /// No point.
 pub(crate) const NONE: u32 = u32::MAX;
 
@@ -62,7 +58,8 @@ fn bridge(points: &[Vec3], index: &KdTree, links: &mut Vec<(u32, u32, f32)>) {
         let part: Vec<u32> = (0..points.len() as u32).map(|i| parts.of(i)).collect();
         let mut size = vec![0u32; points.len()];
         part.iter().for_each(|&part| size[part as usize] += 1);
-        let largest = (0..size.len()).fold(0, |best, i| if size[i] > size[best] { i } else { best });
+        let largest =
+            (0..size.len()).fold(0, |best, i| if size[i] > size[best] { i } else { best });
         let mut best = vec![(f32::INFINITY, NONE, NONE); points.len()];
         for (i, &point) in (0..).zip(points) {
             let own = part[i as usize];
