@@ -50,7 +50,7 @@ pub(crate) fn fit(points: &[Vec2]) -> Option<Circle> {
                 continue;
             }
             let residual = length - radius;
-            let weight = 1.0 / (residual.abs() + 0.01 * scale);
+            let weight = 1.0 / (residual.abs() + 0.1 * scale);
             let row = [-from.x / length, -from.y / length, -1.0];
             for i in 0..3 {
                 right[i] -= weight * row[i] * residual;

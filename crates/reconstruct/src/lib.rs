@@ -9,6 +9,7 @@ mod foot;
 mod kdtree;
 mod levels;
 mod prepare;
+mod scaffold;
 mod shape;
 mod skeleton;
 mod thickness;
@@ -78,8 +79,9 @@ pub fn reconstruct(cloud: &[Vec3], options: &Options) -> Result<Reconstruction, 
     let foot = foot::foot(&points, options.root);
     let index = KdTree::new(&points);
     let neighbours = ways::Neighbours::new(&points, &index);
-    let ways = ways::ways(&neighbours, points.len(), &foot.points);
-    let cover = options.cover.unwrap_or(0.003 * side);
+    let env = |name: &str, or: f32| std::env::var(name).map_or(or, |v| v.parse().unwrap_or(or));
+    let ways = ways::ways(&neighbours, points.len(), &foot.points, env("P1", 1.4));
+    let cover = options.cover.unwrap_or(env("COV", 0.003) * side);
     let shares = levels::shares_beyond(&neighbours, &ways, 0.015 * side);
     let stem = foot.radius.unwrap_or(0.012 * side);
     let radius: Vec<f32> = shares.iter().map(|share| stem * libm::sqrtf(*share)).collect();
@@ -89,17 +91,24 @@ pub fn reconstruct(cloud: &[Vec3], options: &Options) -> Result<Reconstruction, 
         ways: &ways,
         radius: &radius,
         cover,
-        worth: std::env::var("WORTH").map_or(4.0, |v| v.parse().unwrap_or(1.0))
-            * neighbours.spacing,
+        worth: env("WORTH", 4.0) * neighbours.spacing,
     };
-    let mut skeleton = trace::trace(&tracing, &foot);
+    let mut skeleton = skeleton::Skeleton::new(foot.centre, points.len());
+    foot.points.iter().for_each(|&point| skeleton.owner[point as usize] = 0);
+    trace::trace(&tracing, &mut skeleton);
+    let limbs = env("LIMBS", 0.01);
+    if limbs < 1.0 {
+        scaffold::limbs(&mut skeleton, limbs);
+        let bend = env("BEND", 8.0);
+        shape::straighten(&mut skeleton, |joint| bend * stem * joint.radius);
+        scaffold::claim(&mut skeleton, &points, &index, stem, cover);
+        let sources: Vec<u32> = (0..points.len() as u32).filter(|&i| skeleton.owner[i as usize] != ways::NONE).collect();
+        let ways = ways::ways(&neighbours, points.len(), &sources, env("P2", 2.0));
+        let thin = vec![0.0; points.len()];
+        trace::trace(&trace::Tracing { ways: &ways, radius: &thin, ..tracing }, &mut skeleton);
+    }
     shape::shape(&mut skeleton, &points, cover);
-    let prior = thickness::Prior {
-        stem,
-        thinnest: 5e-4 * side,
-        visible: std::env::var("VIS").map_or(1.2, |v| v.parse().unwrap_or(1.0))
-            * neighbours.spacing,
-    };
+    let prior = thickness::Prior { stem, thinnest: 5e-4 * side, visible: env("VIS", 1.2) * neighbours.spacing };
     thickness::thicken(&mut skeleton, &points, &prior);
     let info = TreeInfo { species: "oak".into(), age: 0, gravitropism: 0.0, seed: 0 };
     for joint in &mut skeleton.joints {

@@ -2,7 +2,7 @@
 
 use deeptree_graph::Vec3;
 
-use crate::skeleton::Skeleton;
+use crate::skeleton::{Joint, Skeleton};
 use crate::ways::NONE;
 
 /// Moves joints towards the mean of the points they cover and of the joints beside them, and leaves
@@ -28,6 +28,49 @@ fn centre(skeleton: &mut Skeleton, points: &[Vec3], most: f32) {
         let by = sum / (count + 1.0);
         joint.position += by.clamp_length_max(0.5 * most);
     }
+}
+
+/// Takes bends out of branches: each joint goes to the mean of its branch, over so many metres to both
+/// sides as `reach` says of it. Ends stay where they are.
+pub(crate) fn straighten(skeleton: &mut Skeleton, reach: impl Fn(&Joint) -> f32) {
+    for branch in skeleton.branches() {
+        let parent = skeleton.joints[branch[0] as usize].parent;
+        let start = (parent != NONE).then_some(parent);
+        let place = |&i: &u32| skeleton.joints[i as usize].position;
+        let line: Vec<Vec3> = start.iter().chain(&branch).map(place).collect();
+        let mut along = vec![0.0; line.len()];
+        for i in 1..line.len() {
+            along[i] = along[i - 1] + line[i].distance(line[i - 1]);
+        }
+        let whole = along[line.len() - 1];
+        for (&i, at) in branch.iter().zip(line.len() - branch.len()..) {
+            let joint = &mut skeleton.joints[i as usize];
+            // Symmetric, so that no end moves inwards.
+            let reach = reach(joint).min(along[at]).min(whole - along[at]);
+            joint.position = mean(&line, &along, at, reach);
+        }
+    }
+}
+
+/// The mean of a line over so many metres to both sides of one of its corners.
+fn mean(line: &[Vec3], along: &[f32], at: usize, reach: f32) -> Vec3 {
+    let mut sum = Vec3::ZERO;
+    let mut length = 0.0;
+    let (low, high) = (along[at] - reach, along[at] + reach);
+    let first = along.partition_point(|&s| s <= low).saturating_sub(1);
+    for i in first..line.len() - 1 {
+        let (from, to) = (along[i].max(low), along[i + 1].min(high));
+        if along[i] >= high {
+            break;
+        }
+        let step = along[i + 1] - along[i];
+        if to > from && step > 0.0 {
+            let middle = ((from + to) / 2.0 - along[i]) / step;
+            sum += line[i].lerp(line[i + 1], middle) * (to - from);
+            length += to - from;
+        }
+    }
+    if length > 0.0 { sum / length } else { line[at] }
 }
 
 /// Half of the way to the middle between a joint's parent and the child that goes on.
@@ -59,7 +102,7 @@ fn simplify(skeleton: &mut Skeleton, tolerance: f32) {
             let line: Vec<Vec3> =
                 run.iter().map(|&i| skeleton.joints[i as usize].position).collect();
             let mut kept = vec![false; run.len()];
-            straighten(&line, tolerance, &mut kept);
+            needed(&line, tolerance, &mut kept);
             for (&i, kept) in run[1..run.len() - 1].iter().zip(&kept[1..]) {
                 keep[i as usize] = *kept;
             }
@@ -69,7 +112,7 @@ fn simplify(skeleton: &mut Skeleton, tolerance: f32) {
 }
 
 /// Douglas and Peucker 1973: keeps of a line what it needs to stay within a tolerance.
-fn straighten(line: &[Vec3], tolerance: f32, keep: &mut [bool]) {
+fn needed(line: &[Vec3], tolerance: f32, keep: &mut [bool]) {
     let mut stack = vec![(0, line.len() - 1)];
     while let Some((from, to)) = stack.pop() {
         (keep[from], keep[to]) = (true, true);

@@ -64,6 +64,17 @@ impl Skeleton {
         heirs
     }
 
+    /// The branches: each from where it leaves another one, along the children that carry the most.
+    pub(crate) fn branches(&self) -> Vec<Vec<u32>> {
+        let heirs = self.heirs();
+        let starts = (0..self.joints.len() as u32).filter(|&i| {
+            let parent = self.joints[i as usize].parent;
+            parent == NONE || heirs[parent as usize] != i
+        });
+        let next = |&i: &u32| Some(heirs[i as usize]).filter(|&heir| heir != NONE);
+        starts.map(|i| std::iter::successors(Some(i), next).collect()).collect()
+    }
+
     /// Keeps the joints for which it holds; children of one that goes join its parent.
     pub(crate) fn keep(&mut self, keep: &[bool]) {
         let mut number = vec![0; self.joints.len()];

@@ -3,7 +3,8 @@
 use deeptree_graph::{Vec2, Vec3};
 
 use crate::circle::{self, Circle};
-use crate::skeleton::Skeleton;
+use crate::shape::straighten;
+use crate::skeleton::{Joint, Skeleton};
 use crate::ways::NONE;
 
 /// What is known of radii before any is measured, in metres.
@@ -29,7 +30,7 @@ pub(crate) struct Prior {
 /// Shinozaki et al. 1964, "A quantitative analysis of plant form: the pipe model theory", with the
 /// length of the wood beyond for its pipes.
 pub(crate) fn thicken(skeleton: &mut Skeleton, points: &[Vec3], prior: &Prior) {
-    let branches = branches(skeleton);
+    let branches = skeleton.branches();
     let mut expected = expected(skeleton, prior, &vec![None; skeleton.joints.len()]);
     let mut measured = vec![None; skeleton.joints.len()];
     for _ in 0..2 {
@@ -52,21 +53,13 @@ pub(crate) fn thicken(skeleton: &mut Skeleton, points: &[Vec3], prior: &Prior) {
             }
         }
         expected = self::expected(skeleton, prior, &measured);
+        for (joint, radius) in skeleton.joints.iter_mut().zip(&expected) {
+            joint.radius = *radius;
+        }
+        // Circles jump a little from stretch to stretch; wood does not.
+        let thick = |joint: &Joint| if joint.radius < prior.visible { 0.0 } else { 2.0 * joint.radius };
+        straighten(skeleton, thick);
     }
-    for (joint, radius) in skeleton.joints.iter_mut().zip(expected) {
-        joint.radius = radius;
-    }
-}
-
-/// The branches: each from where it leaves another one, along the children that carry the most.
-fn branches(skeleton: &Skeleton) -> Vec<Vec<u32>> {
-    let heirs = skeleton.heirs();
-    let starts = (0..skeleton.joints.len() as u32).filter(|&i| {
-        let parent = skeleton.joints[i as usize].parent;
-        parent == NONE || heirs[parent as usize] != i
-    });
-    let next = |&i: &u32| Some(heirs[i as usize]).filter(|&heir| heir != NONE);
-    starts.map(|i| std::iter::successors(Some(i), next).collect()).collect()
 }
 
 /// The points that each joint covers.

@@ -2,7 +2,6 @@
 
 use deeptree_graph::Vec3;
 
-use crate::foot::Foot;
 use crate::kdtree::KdTree;
 use crate::skeleton::{Joint, Skeleton};
 use crate::ways::{NONE, Ways};
@@ -21,7 +20,7 @@ pub(crate) struct Tracing<'a> {
     pub(crate) worth: f32,
 }
 
-/// The skeleton of a cloud: from the point whose way is the longest, the way is followed until it
+/// Adds to a skeleton what it does not cover: from the point whose way is the longest, the way is followed until it
 /// meets what stands already; all points near it are covered; and so on from the longest way that
 /// is left.
 ///
@@ -33,12 +32,8 @@ pub(crate) struct Tracing<'a> {
 ///
 /// Sato et al. 2000, "TEASAR: tree-structure extraction algorithm for accurate and robust
 /// skeletons", on a graph of points.
-pub(crate) fn trace(tracing: &Tracing<'_>, foot: &Foot) -> Skeleton {
-    let Tracing { points, ways, .. } = *tracing;
-    let mut skeleton = Skeleton::new(foot.centre, points.len());
-    for &point in &foot.points {
-        skeleton.owner[point as usize] = 0;
-    }
+pub(crate) fn trace(tracing: &Tracing<'_>, skeleton: &mut Skeleton) {
+    let ways = tracing.ways;
     let mut tips: Vec<u32> = ways.order.clone();
     tips.sort_by(|&a, &b| {
         let [x, y] = [a, b].map(|i| ways.length[i as usize]);
@@ -71,7 +66,6 @@ pub(crate) fn trace(tracing: &Tracing<'_>, foot: &Foot) -> Skeleton {
             });
         }
     }
-    skeleton
 }
 
 impl Tracing<'_> {

@@ -132,7 +132,7 @@ impl Parts {
 
 /// The cheapest way from each point to the nearest of some sources.
 ///
-/// A step costs the square of its length, so that ways follow rows of points instead of jumping.
+/// A step costs its length to some power: above 1, ways follow rows of points instead of jumping.
 #[derive(Clone, Debug)]
 pub(crate) struct Ways {
     /// The next point on the way; none at a source and where no way leads.
@@ -144,7 +144,7 @@ pub(crate) struct Ways {
 }
 
 /// Dijkstra's algorithm from the sources.
-pub(crate) fn ways(neighbours: &Neighbours, count: usize, sources: &[u32]) -> Ways {
+pub(crate) fn ways(neighbours: &Neighbours, count: usize, sources: &[u32], power: f32) -> Ways {
     let mut cost = vec![f32::INFINITY; count];
     let mut next = vec![NONE; count];
     let mut length = vec![0.0f32; count];
@@ -162,7 +162,7 @@ pub(crate) fn ways(neighbours: &Neighbours, count: usize, sources: &[u32]) -> Wa
         }
         order.push(point);
         for &(other, distance) in neighbours.of(point) {
-            let there = at_cost + distance * distance;
+            let there = at_cost + libm::powf(distance, power);
             let to = other as usize;
             if !done[to] && there < cost[to] {
                 (cost[to], next[to], length[to]) = (there, point, length[at] + distance);
