@@ -9,6 +9,8 @@ mod foot;
 mod kdtree;
 mod levels;
 mod prepare;
+mod prior;
+mod relink;
 mod scaffold;
 mod shape;
 mod skeleton;
@@ -16,7 +18,8 @@ mod thickness;
 mod trace;
 mod ways;
 
-use deeptree_graph::{BranchGraph, TreeInfo, Vec3};
+use deeptree_graph::{BranchGraph, Seed, TreeInfo, Vec3};
+use deeptree_infer::{Predictor, Workspace};
 
 pub use fit::Fit;
 pub use kdtree::KdTree;
@@ -40,8 +43,8 @@ pub enum Error {
 }
 
 /// How a cloud is read.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Options {
+#[derive(Clone)]
+pub struct Options<'a> {
     /// Where the tree stands, in the cloud's frame; found when none is given.
     pub root: Option<Vec3>,
     /// Points this near to a branch need no branch of their own, in metres; by the cloud's height and
@@ -49,11 +52,17 @@ pub struct Options {
     pub cover: Option<f32>,
     /// Points that are worked on at most.
     pub most_points: usize,
+    /// The networks that decide what the points leave open; none for geometry alone.
+    pub prior: Option<&'a dyn Predictor>,
+    /// The species that the networks take the tree for; the likeliest when none is given.
+    pub species: Option<String>,
+    /// The seed of what is drawn.
+    pub seed: Seed,
 }
 
-impl Default for Options {
+impl Default for Options<'_> {
     fn default() -> Self {
-        Self { root: None, cover: None, most_points: MOST_POINTS }
+        Self { root: None, cover: None, most_points: MOST_POINTS, prior: None, species: None, seed: Seed(0) }
     }
 }
 
@@ -71,7 +80,7 @@ pub struct Reconstruction {
 /// # Errors
 ///
 /// When the cloud has no extent or the options make no sense.
-pub fn reconstruct(cloud: &[Vec3], options: &Options) -> Result<Reconstruction, Error> {
+pub fn reconstruct(cloud: &[Vec3], options: &Options<'_>) -> Result<Reconstruction, Error> {
     let cloud = prepare::prepare(cloud, options.most_points)?;
     let points = foot::above_ground(&cloud.points).unwrap_or(cloud.points);
     let (low, high) = foot::bounds(&points);
@@ -99,6 +108,19 @@ pub fn reconstruct(cloud: &[Vec3], options: &Options) -> Result<Reconstruction, 
     let limbs = env("LIMBS", 0.01);
     if limbs < 1.0 {
         scaffold::limbs(&mut skeleton, limbs);
+        if let Some(model) = options.prior {
+            let mut work = Workspace::default();
+            let places: Vec<Vec3> = skeleton.joints.iter().map(|j| j.position - foot.centre).collect();
+            let crown = places.iter().map(|p| p.with_y(0.0).length()).fold(0.0, f32::max);
+            let shape = prior::Shape { height: high.y - foot.centre.y, crown_radius: crown };
+            let species = options.species.as_ref().and_then(|name| model.species().iter().position(|s| s == name)).unwrap_or(3);
+            if let Some(prior) = prior::Prior::new(model, species, shape, &places, options.seed) {
+                for _ in 0..3 {
+                    let changed = relink::relink(&mut skeleton, &prior, &mut work).unwrap_or(0);
+                    eprintln!("{} links changed, {} joints, {}", changed, skeleton.joints.len(), prior.species());
+                }
+            }
+        }
         let bend = env("BEND", 8.0);
         shape::straighten(&mut skeleton, |joint| bend * stem * joint.radius);
         scaffold::claim(&mut skeleton, &points, &index, stem, cover);
