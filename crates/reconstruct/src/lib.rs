@@ -4,6 +4,7 @@
 
 mod assemble;
 mod circle;
+mod complete;
 pub mod fit;
 mod foot;
 mod kdtree;
@@ -38,6 +39,8 @@ pub enum Error {
     Root { x: f32, y: f32, z: f32 },
     #[error("{what} is {value}; it must be a number above 0")]
     NotPositive { what: &'static str, value: f32 },
+    #[error(transparent)]
+    Overflow(#[from] deeptree_infer::Overflow),
     #[error("the skeleton is no tree: {0}")]
     Graph(#[from] deeptree_graph::GraphError),
 }
@@ -54,6 +57,8 @@ pub struct Options<'a> {
     pub most_points: usize,
     /// The networks that decide what the points leave open; none for geometry alone.
     pub prior: Option<&'a dyn Predictor>,
+    /// Let the networks grow what the scanner did not see.
+    pub complete: bool,
     /// The species that the networks take the tree for; the likeliest when none is given.
     pub species: Option<String>,
     /// The seed of what is drawn.
@@ -62,7 +67,7 @@ pub struct Options<'a> {
 
 impl Default for Options<'_> {
     fn default() -> Self {
-        Self { root: None, cover: None, most_points: MOST_POINTS, prior: None, species: None, seed: Seed(0) }
+        Self { root: None, cover: None, most_points: MOST_POINTS, prior: None, complete: false, species: None, seed: Seed(0) }
     }
 }
 
@@ -102,23 +107,25 @@ pub fn reconstruct(cloud: &[Vec3], options: &Options<'_>) -> Result<Reconstructi
         cover,
         worth: env("WORTH", 4.0) * neighbours.spacing,
     };
+    let mut work = Workspace::default();
+    let prior = |skeleton: &skeleton::Skeleton| {
+        let model = options.prior?;
+        let places: Vec<Vec3> = skeleton.joints.iter().map(|j| j.position - foot.centre).collect();
+        let crown = points.iter().map(|p| (*p - foot.centre).with_y(0.0).length()).fold(0.0, f32::max);
+        let shape = prior::Shape { height: high.y - foot.centre.y, crown_radius: crown };
+        let species = options.species.as_ref().and_then(|name| model.species().iter().position(|s| s == name)).unwrap_or(3);
+        prior::Prior::new(model, species, shape, &places, options.seed)
+    };
     let mut skeleton = skeleton::Skeleton::new(foot.centre, points.len());
     foot.points.iter().for_each(|&point| skeleton.owner[point as usize] = 0);
     trace::trace(&tracing, &mut skeleton);
     let limbs = env("LIMBS", 0.01);
     if limbs < 1.0 {
         scaffold::limbs(&mut skeleton, limbs);
-        if let Some(model) = options.prior {
-            let mut work = Workspace::default();
-            let places: Vec<Vec3> = skeleton.joints.iter().map(|j| j.position - foot.centre).collect();
-            let crown = places.iter().map(|p| p.with_y(0.0).length()).fold(0.0, f32::max);
-            let shape = prior::Shape { height: high.y - foot.centre.y, crown_radius: crown };
-            let species = options.species.as_ref().and_then(|name| model.species().iter().position(|s| s == name)).unwrap_or(3);
-            if let Some(prior) = prior::Prior::new(model, species, shape, &places, options.seed) {
-                for _ in 0..3 {
-                    let changed = relink::relink(&mut skeleton, &prior, &mut work).unwrap_or(0);
-                    eprintln!("{} links changed, {} joints, {}", changed, skeleton.joints.len(), prior.species());
-                }
+        if let Some(prior) = prior(&skeleton) {
+            for _ in 0..2 {
+                let changed = relink::relink(&mut skeleton, &prior, &mut work)?;
+                if changed == 0 { break; }
             }
         }
         let bend = env("BEND", 8.0);
@@ -130,8 +137,12 @@ pub fn reconstruct(cloud: &[Vec3], options: &Options<'_>) -> Result<Reconstructi
         trace::trace(&trace::Tracing { ways: &ways, radius: &thin, ..tracing }, &mut skeleton);
     }
     shape::shape(&mut skeleton, &points, cover);
-    let prior = thickness::Prior { stem, thinnest: 5e-4 * side, visible: env("VIS", 1.2) * neighbours.spacing };
-    thickness::thicken(&mut skeleton, &points, &prior);
+    let radii = thickness::Prior { stem, thinnest: 5e-4 * side, visible: env("VIS", 1.2) * neighbours.spacing };
+    thickness::thicken(&mut skeleton, &points, &radii);
+    if options.complete && let Some(prior) = prior(&skeleton) {
+        let bounds = complete::Bounds { low: low.with_y(foot.centre.y + 0.1 * (high.y - low.y)), high };
+        complete::complete(&mut skeleton, &prior, bounds, &mut work)?;
+    }
     let info = TreeInfo { species: "oak".into(), age: 0, gravitropism: 0.0, seed: 0 };
     for joint in &mut skeleton.joints {
         joint.position -= foot.centre;

@@ -8,10 +8,13 @@
 
 use deeptree_graph::signature::{TreeConditions, thickness_of, tip_count};
 use deeptree_graph::{Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, Vec3};
-use deeptree_infer::{Active, Predictor, Root, Workspace};
+use deeptree_infer::{Active, Branchlet, Overflow, Predictor, Root, Workspace};
 
 /// Branchlets drawn for each joint that is asked.
-const DRAWS: u64 = 16;
+const DRAWS: usize = 16;
+
+/// Nodes that go through the networks together.
+const BATCH: usize = 512;
 
 /// Concentration of the directions around a drawn one: a spread of some 17 degrees.
 const KAPPA: f32 = 12.0;
@@ -34,8 +37,18 @@ pub(crate) struct Situation {
     pub(crate) share: f32,
     /// Longest way beyond.
     pub(crate) reach: f32,
-    /// A number that no other joint of the tree has: it keys the draws.
-    pub(crate) key: u64,
+    /// Of this joint and no other of the tree: it keys the draws.
+    pub(crate) lineage: Lineage,
+}
+
+/// A node of the growth space whose children are drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asked<'n> {
+    pub(crate) node: &'n Node,
+    /// What is to grow below it.
+    pub(crate) plan: Plan,
+    /// Keys the draws.
+    pub(crate) lineage: Lineage,
 }
 
 /// The networks, told which kind of tree they look at.
@@ -100,47 +113,78 @@ impl<'a> Prior<'a> {
         &self,
         situations: &[Situation],
         work: &mut Workspace,
-    ) -> Result<Vec<Expectation>, deeptree_infer::Overflow> {
-        let nodes: Vec<(Node, Plan, Sense)> =
+    ) -> Result<Vec<Expectation>, Overflow> {
+        let nodes: Vec<(Node, Plan)> =
             situations.iter().map(|situation| self.node(situation)).collect();
         let turned: Vec<Node> = nodes.iter().flat_map(|(node, ..)| rolled(node)).collect();
-        let active = |(i, node): (usize, &'_ Node)| {
-            let (of, draw) = (i / DRAWS as usize, i as u64 % DRAWS);
-            (of, draw, node.orientation)
-        };
-        let frontier: Vec<Active<'_>> = turned
+        let asked: Vec<Asked<'_>> = turned
             .iter()
             .enumerate()
             .map(|(i, node)| {
-                let (of, draw, _) = active((i, node));
-                Active {
-                    node,
-                    parent: None,
-                    lineage: Lineage::ROOT,
-                    seed: Seed(self.seed.0 ^ (situations[of].key << 8 | draw)),
-                    tree: self.conditions,
-                    plan: nodes[of].1,
-                    sense: nodes[of].2,
-                    settled: None,
-                    room: None,
-                }
+                let (of, draw) = (i / DRAWS, (i % DRAWS) as u8);
+                Asked { node, plan: nodes[of].1, lineage: situations[of].lineage.child(draw) }
             })
             .collect();
-        let mut branchlets = Vec::new();
-        self.model.branchlets(&frontier, work, &mut branchlets)?;
+        let branchlets = self.draw(&asked, work)?;
         let mut expectations = vec![Expectation { children: Vec::new() }; situations.len()];
         for (i, (branchlet, node)) in branchlets.iter().zip(&turned).enumerate() {
             let children = branchlet.children.iter().flatten();
             let front = |rotation: Quat| node.orientation * rotation * Vec3::NEG_Z;
-            expectations[i / DRAWS as usize]
+            expectations[i / DRAWS]
                 .children
                 .extend(children.map(|child| front(child.rotation)));
         }
         Ok(expectations)
     }
 
-    /// The joint as a node of the growth space.
-    fn node(&self, of: &Situation) -> (Node, Plan, Sense) {
+    /// The branchlets drawn for nodes of the growth space.
+    pub(crate) fn draw(
+        &self,
+        asked: &[Asked<'_>],
+        work: &mut Workspace,
+    ) -> Result<Vec<Branchlet>, Overflow> {
+        let (mut all, mut branchlets) = (Vec::with_capacity(asked.len()), Vec::new());
+        for batch in asked.chunks(BATCH) {
+            let frontier: Vec<Active<'_>> = batch.iter().map(|asked| self.active(asked)).collect();
+            self.model.branchlets(&frontier, work, &mut branchlets)?;
+            all.append(&mut branchlets);
+        }
+        Ok(all)
+    }
+
+    fn active<'n>(&self, asked: &Asked<'n>) -> Active<'n> {
+        let Asked { node, plan, lineage } = *asked;
+        Active {
+            node,
+            parent: None,
+            lineage,
+            seed: self.seed,
+            tree: self.conditions,
+            plan,
+            sense: self.sense(node.position),
+            settled: None,
+            room: None,
+        }
+    }
+
+    /// What a node at a place of the growth space sees of the tree.
+    fn sense(&self, position: Vec3) -> Sense {
+        let [near, wide] = self.neighbourhood.around(position);
+        Sense { near, wide, ..self.sense }
+    }
+
+    /// How many internodes a tree of this shape has.
+    pub(crate) fn nodes(&self) -> f32 {
+        self.conditions.traits.nodes
+    }
+
+    /// From the growth space into the cloud's metres.
+    pub(crate) fn in_cloud(&self, position: Vec3) -> Vec3 {
+        position / self.scale
+    }
+
+    /// The joint as a node of the growth space, with what is to grow below it.
+    pub(crate) fn node(&self, of: &Situation) -> (Node, Plan) {
         let conditions = &self.conditions;
         let tips = libm::roundf(of.share * conditions.root_tips as f32).max(1.0) as u32;
         let position = of.position * self.scale;
@@ -149,7 +193,6 @@ impl<'a> Prior<'a> {
         let nodes = (of.share * conditions.traits.nodes) as u32;
         let plan = Plan { reach, nodes }.kept(tips);
         let orientation = Quat::from_rotation_arc(Vec3::NEG_Z, of.front);
-        let [near, wide] = self.neighbourhood.around(position);
         let node = Node {
             parent: None,
             children: [None; 3],
@@ -165,7 +208,7 @@ impl<'a> Prior<'a> {
             orientation,
             length: 1.0,
         };
-        (node, plan, Sense { near, wide, ..self.sense })
+        (node, plan)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use deeptree_graph::Vec3;
+use deeptree_graph::{Lineage, Vec3};
 use deeptree_infer::{Overflow, Workspace};
 
 use crate::kdtree::KdTree;
@@ -132,7 +132,7 @@ fn reorder(skeleton: &mut Skeleton, parent: &[u32]) {
 }
 
 /// A skeleton with what links are judged by.
-struct View<'a> {
+pub(crate) struct View<'a> {
     joints: &'a [Joint],
     heirs: Vec<u32>,
     index: KdTree,
@@ -149,7 +149,7 @@ struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    fn new(skeleton: &'a Skeleton, internode: f32) -> Self {
+    pub(crate) fn new(skeleton: &'a Skeleton, internode: f32) -> Self {
         let joints = &skeleton.joints[..];
         let (heirs, children) = (skeleton.heirs(), skeleton.children());
         let places: Vec<Vec3> = joints.iter().map(|joint| joint.position).collect();
@@ -213,7 +213,7 @@ impl<'a> View<'a> {
         (self.position(i) - from).try_normalize().unwrap_or(Vec3::Y)
     }
 
-    fn situation(&self, i: u32) -> Situation {
+    pub(crate) fn situation(&self, i: u32) -> Situation {
         let at = i as usize;
         Situation {
             position: self.position(i) - self.position(0),
@@ -224,7 +224,7 @@ impl<'a> View<'a> {
             fork_distance: self.fork[at],
             share: self.beyond[at] / self.beyond[0].max(f32::MIN_POSITIVE),
             reach: self.reach[at],
-            key: u64::from(i),
+            lineage: lineage(i),
         }
     }
 
@@ -304,6 +304,11 @@ impl<'a> View<'a> {
         let direction = (self.position(into) - from).try_normalize().unwrap_or(Vec3::Y);
         Link { parent, start, direction, gap: from.distance(self.position(start)) }
     }
+}
+
+/// The lineage that keys the draws of a joint: its number, byte by byte.
+pub(crate) fn lineage(i: u32) -> Lineage {
+    i.to_le_bytes().into_iter().fold(Lineage::ROOT, Lineage::child)
 }
 
 /// When each joint and its last descendant are met in a walk that goes deep first.
