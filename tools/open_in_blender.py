@@ -118,12 +118,14 @@ def main():
         began = time.monotonic()
         with silence():
             load(path)
+        last = max((a.frame_range[1] for a in bpy.data.actions), default=None)
+        if last is not None:
+            bpy.context.scene.frame_set(round(last))
         found = figures(path, time.monotonic() - began)
         print(json.dumps(found), flush=True)
         if args.no_pictures:
             continue
         scene = studio(max(found["size"]), args.pixels, args.samples)
-        last = max((end for _, (_, end) in found["animations"]), default=None)
         times = [1.0] if last is None else [float(t) for t in args.times.split(",")]
         for t in times:
             if last is not None:

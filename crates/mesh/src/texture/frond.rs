@@ -2,7 +2,7 @@
 //! foot at (0, 0) to its tip at a height of 1.
 
 use super::noise::Noise;
-use super::outline::{Form, area};
+use super::outline::Form;
 use super::veins::{Stroke, veins};
 
 /// What one card shows.
@@ -12,8 +12,8 @@ pub(crate) enum Frond {
     Leaf { form: Form, petiole: f32 },
     /// A leaf of opposite leaflets and one at the end.
     Pinnate { form: Form, pairs: u32 },
-    /// A twig with alternate leaves of a length, twisted or not.
-    Twig { form: Form, leaves: u32, length: f32, twist: f32 },
+    /// A twig with alternate leaves of a length, at an angle to it in radians, twisted or not.
+    Twig { form: Form, leaves: u32, length: f32, angle: f32, twist: f32 },
     /// A twig full of needles of a length.
     Needles { fascicles: u32, length: f32 },
 }
@@ -90,12 +90,6 @@ impl Drawing {
         let needles = self.needles.iter().flat_map(|needle| &needle.points);
         blades.chain(needles).map(|p| p[0].abs()).fold(0.02, f32::max)
     }
-
-    /// The area that blades and needles have one by one, in squares of the card's length.
-    #[cfg(test)]
-    pub(crate) fn area(&self) -> f32 {
-        self.laminae.iter().map(|lamina| area(&lamina.outline).abs()).sum()
-    }
 }
 
 /// A line from one point to another in pieces, bulging to the right.
@@ -116,8 +110,9 @@ impl Frond {
         match self {
             Self::Leaf { form, petiole } => leaf(&mut drawing, form, petiole, noise),
             Self::Pinnate { form, pairs } => pinnate(&mut drawing, form, pairs, noise),
-            Self::Twig { form, leaves, length, twist } => {
-                twig(&mut drawing, form, (leaves, length, twist), noise);
+            Self::Twig { form, leaves, length, angle, twist } => {
+                let spray = Spray { leaves, length, angle, twist };
+                twig(&mut drawing, form, &spray, noise);
             }
             Self::Needles { fascicles, length } => needles(&mut drawing, fascicles, length, noise),
         }
@@ -155,7 +150,16 @@ fn pinnate(drawing: &mut Drawing, form: Form, pairs: u32, noise: Noise) {
     drawing.blade(form, seat, noise.other(99));
 }
 
-fn twig(drawing: &mut Drawing, form: Form, (leaves, length, twist): (u32, f32, f32), noise: Noise) {
+/// The leaves of a twig.
+struct Spray {
+    leaves: u32,
+    length: f32,
+    angle: f32,
+    twist: f32,
+}
+
+fn twig(drawing: &mut Drawing, form: Form, spray: &Spray, noise: Noise) {
+    let &Spray { leaves, length, angle, twist } = spray;
     let top = 1.0 - 0.8 * length;
     let sway = |y: f32| 0.03 * (1.0 + 4.0 * twist) * libm::sinf((5.0 + 6.0 * twist) * y);
     let stem: Vec<[f32; 2]> =
@@ -166,8 +170,8 @@ fn twig(drawing: &mut Drawing, form: Form, (leaves, length, twist): (u32, f32, f
         let share = (k as f32 + 0.6 * draw) / leaves as f32;
         let y = 0.06 + (top - 0.06) * share;
         let side = if k % 2 == 0 { 1.0 } else { -1.0 };
-        let angle = side * (0.62 + 0.35 * (draw - 0.5));
-        let bend = -side * 0.35 + twist * 3.0 * (draw - 0.5);
+        let angle = side * (angle + 0.35 * (draw - 0.5));
+        let bend = -side * 0.5 * angle + twist * 3.0 * (draw - 0.5);
         let length = length * (0.75 + 0.35 * draw) * (1.0 - 0.25 * share * share);
         drawing.blade(form, Seat { base: [sway(y), y], angle, length, bend }, noise.other(k));
     }

@@ -180,7 +180,7 @@ fn blade(canvas: &mut Canvas, card: &Card, lamina: &Lamina, ink: &Ink) {
         let own = lamina.seat.own([x, y]).map(|x| x + 16.0);
         let cloud = noise.cloud(own.map(|x| 5.0 * x), WIDE, 3);
         let grain = noise.other(1).value(own.map(|x| 70.0 * x), WIDE);
-        let net = noise.other(2).cells(own.map(|x| 34.0 * x), WIDE, 0.95);
+        let net = noise.other(2).cells(own.map(|x| 34.0 * x), WIDE, 0.95, [1.0; 2]);
         let mesh = step(0.09, 0.0, net.border) * (1.0 - veins.near[k]);
 
         let mut color = blend(ink.blade, ink.mottle, (0.5 + 0.7 * cloud).clamp(0.0, 1.0));
@@ -190,7 +190,7 @@ fn blade(canvas: &mut Canvas, card: &Card, lamina: &Lamina, ink: &Ink) {
         color = scaled(color, tone * (1.0 + 0.09 * grain));
         color = blend(color, ink.vein, 0.18 * mesh + 0.62 * veins.line[k]);
         let spot = noise.other(3).cloud(own.map(|x| 7.0 * x), WIDE, 4);
-        let dry = step(1.0 - 2.0 * ink.dry, 1.15 - 2.0 * ink.dry, 0.5 + spot);
+        let dry = step(1.3 - 2.4 * ink.dry, 1.45 - 2.4 * ink.dry, 0.5 + spot);
         color = blend(color, DRY, dry);
 
         let pixel = &mut canvas.pixels[row * side as usize + column];

@@ -82,34 +82,42 @@ impl Noise {
     }
 
     /// The cells around random points, one in each unit square, `jitter` (0 to 1) out of its
-    /// middle; repeats after `period` whole steps.
-    pub(crate) fn cells(self, p: [f32; 2], period: [i32; 2], jitter: f32) -> Cell {
+    /// middle; repeats after `period` whole steps. `size` is what a step measures in either
+    /// direction: it stretches distances to borders, not the cells.
+    pub(crate) fn cells(self, p: [f32; 2], period: [i32; 2], jitter: f32, size: [f32; 2]) -> Cell {
         let ((i, u), (j, v)) = (split(p[0]), split(p[1]));
         let shift = self.other(77);
-        let mut best = [(f32::INFINITY, [0.0; 2], 0.0), (f32::INFINITY, [0.0; 2], 0.0)];
-        for dj in -1..=1 {
-            for di in -1..=1 {
-                let at = ((i + di).rem_euclid(period[0]), (j + dj).rem_euclid(period[1]));
-                let id = self.at(at.0, at.1);
-                let x = di as f32 + 0.5 + jitter * (id - 0.5) - u;
-                let y = dj as f32 + 0.5 + jitter * (shift.at(at.0, at.1) - 0.5) - v;
-                let here = (x * x + y * y, [x, y], id);
-                if here.0 < best[0].0 {
-                    best = [here, best[0]];
-                } else if here.0 < best[1].0 {
-                    best[1] = here;
-                }
+        let mut points = [([0.0f32; 2], 0.0f32); 9];
+        let (mut best, mut near) = (0, f32::INFINITY);
+        for (k, point) in points.iter_mut().enumerate() {
+            let (di, dj) = (k as i32 % 3 - 1, k as i32 / 3 - 1);
+            let at = ((i + di).rem_euclid(period[0]), (j + dj).rem_euclid(period[1]));
+            let id = self.at(at.0, at.1);
+            let x = di as f32 + 0.5 + jitter * (id - 0.5) - u;
+            let y = dj as f32 + 0.5 + jitter * (shift.at(at.0, at.1) - 0.5) - v;
+            *point = ([x, y], id);
+            let squared = x * x + y * y;
+            if squared < near {
+                (best, near) = (k, squared);
             }
         }
-        let [(near, a, id), (_, b, _)] = best;
-        // The border is the perpendicular bisector of the two points.
-        let (x, y) = (b[0] - a[0], b[1] - a[1]);
-        let length = libm::sqrtf(x * x + y * y).max(1e-6);
-        let middle = [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0];
-        let border = (middle[0] * x + middle[1] * y) / length;
+        let (a, id) = points[best];
+        let mut border = f32::INFINITY;
+        for (k, &(b, _)) in points.iter().enumerate() {
+            if k == best {
+                continue;
+            }
+            // Borders are the perpendicular bisectors: n·p = c in steps.
+            let (x, y) = (b[0] - a[0], b[1] - a[1]);
+            let c = 0.5 * ((a[0] + b[0]) * x + (a[1] + b[1]) * y);
+            let (nx, ny) = (x / size[0], y / size[1]);
+            let squared = (nx * nx + ny * ny).max(1e-9);
+            // The smallest c² / n² of all, for one root in place of eight.
+            border = border.min(c * c.abs() / squared);
+        }
         // Another number for the cell than the one that placed its point.
         let id = (id * 7919.0) % 1.0;
-        Cell { near: libm::sqrtf(near), border: border.max(0.0), id }
+        Cell { near: libm::sqrtf(near), border: libm::sqrtf(border.max(0.0)), id }
     }
 }
 
@@ -133,13 +141,14 @@ mod tests {
     #[test]
     fn fields_repeat_after_their_period() {
         let noise = Noise::new(5, 1);
+        let cells = |p| noise.cells(p, [8, 6], 0.9, [1.0, 2.0]);
         for k in 0..200 {
             let p = [0.137 * k as f32, 0.291 * k as f32];
             let q = [p[0] + 8.0, p[1] - 6.0];
             let near = |a: f32, b: f32| assert!((a - b).abs() < 1e-3, "{p:?}: {a} {b}");
             near(noise.value(p, [8, 6]), noise.value(q, [8, 6]));
             near(noise.cloud(p, [8, 6], 4), noise.cloud(q, [8, 6], 4));
-            near(noise.cells(p, [8, 6], 0.9).near, noise.cells(q, [8, 6], 0.9).near);
+            near(cells(p).border, cells(q).border);
         }
     }
 

@@ -216,6 +216,7 @@ fn curve(knots: &[Knot]) -> Vec<[f32; 2]> {
 }
 
 /// The area within a closed polygon, positive if it runs counter-clockwise.
+#[cfg(test)]
 pub(crate) fn area(outline: &[[f32; 2]]) -> f32 {
     let next = outline.iter().cycle().skip(1);
     outline.iter().zip(next).map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum::<f32>() / 2.0
