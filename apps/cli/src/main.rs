@@ -10,6 +10,7 @@ mod output;
 mod place;
 mod report;
 mod stand;
+mod surfaces;
 mod verbs;
 
 use std::process::ExitCode;
