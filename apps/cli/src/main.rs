@@ -5,6 +5,7 @@ mod batch;
 mod blend;
 mod format;
 mod input;
+mod look;
 mod models;
 mod output;
 mod place;
