@@ -8,6 +8,7 @@ use deeptree_growth::Profile;
 
 use crate::clouds::CloudFormat;
 use crate::format::Format;
+use crate::look::LookArgs;
 
 /// A request that no run could fulfil: exit code 2.
 #[derive(Debug)]
@@ -104,6 +105,8 @@ pub(crate) struct MeshArgs {
     /// phase, stiffness) or all.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum)]
     pub(crate) attributes: Vec<Attribute>,
+    #[command(flatten)]
+    pub(crate) look: LookArgs,
 }
 
 /// Where levels of detail go.

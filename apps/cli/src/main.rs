@@ -6,6 +6,7 @@ mod blend;
 mod clouds;
 mod format;
 mod input;
+mod look;
 mod models;
 mod output;
 mod place;

@@ -7,7 +7,7 @@ use anyhow::Result;
 use deeptree_export::gltf::{self, Document, Level};
 use deeptree_export::{Subject, Unfolding, obj, ply, usd, write_atomically};
 use deeptree_graph::BranchGraph;
-use deeptree_mesh::{Dressed, Mesh, WoodOptions, tubes, within, wood};
+use deeptree_mesh::{Dressed, Mesh, WoodOptions, dress, tubes, within, wood};
 
 use crate::args::{Attribute, Lods, MeshArgs, UsageError};
 use crate::format::Format;
@@ -18,14 +18,17 @@ const LEVELS: [u8; 4] = [0, 1, 2, 3];
 /// What is to be seen of a tree.
 pub(crate) enum Shape {
     Bare(Mesh),
-    #[expect(dead_code, reason = "until leaves can be asked for")]
     Dressed(Box<Dressed>),
 }
 
 impl Shape {
     /// A tree at a level of detail, as it is asked for.
     fn new(tree: &BranchGraph, args: &MeshArgs, lod: u8) -> Result<Self> {
-        Ok(Self::Bare(mesh(tree, args, lod)?))
+        let wood = mesh(tree, args, lod)?;
+        Ok(match args.look.look(lod)? {
+            None => Self::Bare(wood),
+            Some(look) => Self::Dressed(Box::new(dress(tree, wood, &look)?)),
+        })
     }
 
     fn subject(&self) -> Subject<'_> {
@@ -40,6 +43,7 @@ impl Shape {
 /// files beside it.
 pub(crate) fn check(args: &MeshArgs, format: Format, stream: bool) -> Result<(), UsageError> {
     wood_options(args, args.lod)?;
+    args.look.look(args.lod)?;
     if !format.is_surface() {
         return Ok(());
     }
