@@ -67,7 +67,15 @@ pub struct Options<'a> {
 
 impl Default for Options<'_> {
     fn default() -> Self {
-        Self { root: None, cover: None, most_points: MOST_POINTS, prior: None, complete: false, species: None, seed: Seed(0) }
+        Self {
+            root: None,
+            cover: None,
+            most_points: MOST_POINTS,
+            prior: None,
+            complete: false,
+            species: None,
+            seed: Seed(0),
+        }
     }
 }
 
@@ -111,9 +119,14 @@ pub fn reconstruct(cloud: &[Vec3], options: &Options<'_>) -> Result<Reconstructi
     let prior = |skeleton: &skeleton::Skeleton| {
         let model = options.prior?;
         let places: Vec<Vec3> = skeleton.joints.iter().map(|j| j.position - foot.centre).collect();
-        let crown = points.iter().map(|p| (*p - foot.centre).with_y(0.0).length()).fold(0.0, f32::max);
+        let crown =
+            points.iter().map(|p| (*p - foot.centre).with_y(0.0).length()).fold(0.0, f32::max);
         let shape = prior::Shape { height: high.y - foot.centre.y, crown_radius: crown };
-        let species = options.species.as_ref().and_then(|name| model.species().iter().position(|s| s == name)).unwrap_or(3);
+        let species = options
+            .species
+            .as_ref()
+            .and_then(|name| model.species().iter().position(|s| s == name))
+            .unwrap_or(3);
         prior::Prior::new(model, species, shape, &places, options.seed)
     };
     let mut skeleton = skeleton::Skeleton::new(foot.centre, points.len());
@@ -125,22 +138,33 @@ pub fn reconstruct(cloud: &[Vec3], options: &Options<'_>) -> Result<Reconstructi
         if let Some(prior) = prior(&skeleton) {
             for _ in 0..2 {
                 let changed = relink::relink(&mut skeleton, &prior, &mut work)?;
-                if changed == 0 { break; }
+                if changed == 0 {
+                    break;
+                }
             }
         }
         let bend = env("BEND", 8.0);
         shape::straighten(&mut skeleton, |joint| bend * stem * joint.radius);
         scaffold::claim(&mut skeleton, &points, &index, stem, cover);
-        let sources: Vec<u32> = (0..points.len() as u32).filter(|&i| skeleton.owner[i as usize] != ways::NONE).collect();
+        let sources: Vec<u32> = (0..points.len() as u32)
+            .filter(|&i| skeleton.owner[i as usize] != ways::NONE)
+            .collect();
         let ways = ways::ways(&neighbours, points.len(), &sources, env("P2", 2.0));
         let thin = vec![0.0; points.len()];
         trace::trace(&trace::Tracing { ways: &ways, radius: &thin, ..tracing }, &mut skeleton);
     }
     shape::shape(&mut skeleton, &points, cover);
-    let radii = thickness::Prior { stem, thinnest: 5e-4 * side, visible: env("VIS", 1.2) * neighbours.spacing };
+    let radii = thickness::Prior {
+        stem,
+        thinnest: 5e-4 * side,
+        visible: env("VIS", 1.2) * neighbours.spacing,
+    };
     thickness::thicken(&mut skeleton, &points, &radii);
-    if options.complete && let Some(prior) = prior(&skeleton) {
-        let bounds = complete::Bounds { low: low.with_y(foot.centre.y + 0.1 * (high.y - low.y)), high };
+    if options.complete
+        && let Some(prior) = prior(&skeleton)
+    {
+        let bounds =
+            complete::Bounds { low: low.with_y(foot.centre.y + 0.1 * (high.y - low.y)), high };
         complete::complete(&mut skeleton, &prior, bounds, &mut work)?;
     }
     let info = TreeInfo { species: "oak".into(), age: 0, gravitropism: 0.0, seed: 0 };

@@ -130,9 +130,7 @@ impl<'a> Prior<'a> {
         for (i, (branchlet, node)) in branchlets.iter().zip(&turned).enumerate() {
             let children = branchlet.children.iter().flatten();
             let front = |rotation: Quat| node.orientation * rotation * Vec3::NEG_Z;
-            expectations[i / DRAWS]
-                .children
-                .extend(children.map(|child| front(child.rotation)));
+            expectations[i / DRAWS].children.extend(children.map(|child| front(child.rotation)));
         }
         Ok(expectations)
     }

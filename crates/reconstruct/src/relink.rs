@@ -250,9 +250,7 @@ impl<'a> View<'a> {
         let bend = self.bend(i);
         let up = self.joints[i as usize].parent;
         let heir = self.heirs[i as usize];
-        bend > SHARP
-            && self.bend(up) <= bend
-            && (heir == NONE || self.bend(heir) < bend)
+        bend > SHARP && self.bend(up) <= bend && (heir == NONE || self.bend(heir) < bend)
     }
 
     /// The link of a part, and others: of its start, and of the end of its branch.
