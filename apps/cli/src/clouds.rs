@@ -131,7 +131,7 @@ pub(crate) fn figures(cloud: &Cloud) -> Value {
             "wood": count(Class::Wood),
             "leaf": count(Class::Leaf),
             "ground": count(Class::Ground),
-            "other": count(Class::Other),
+            "other": classes.iter().filter(|c| matches!(c, Class::Other(_))).count(),
         })
     });
     let stations = cloud.columns.station.as_ref().map(|stations| {

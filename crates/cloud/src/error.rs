@@ -26,6 +26,8 @@ pub enum ReadCloudError {
     DecimalComma { line: u64 },
     #[error("this is no readable PLY file")]
     Ply(#[from] crate::ply::PlyError),
+    #[error("this is no readable LAS file")]
+    Las(#[from] crate::las::LasError),
     #[error("more points than 2³² cannot be held; read with a limit")]
     TooMany,
 }

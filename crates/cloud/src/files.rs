@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::error::ReadCloudError;
 use crate::gather::{ReadOptions, Reading};
-use crate::{ply, xyz};
+use crate::{las, ply, xyz};
 
 /// Reads a cloud from a file, in the format that its first bytes tell.
 ///
@@ -18,6 +18,7 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<Reading, ReadClou
     let mut file = BufReader::with_capacity(1 << 16, File::open(path).map_err(open)?);
     match file.fill_buf()? {
         [b'p', b'l', b'y', b'\r' | b'\n', ..] => ply::read(file, options),
+        [b'L', b'A', b'S', b'F', ..] => las::read(file, options),
         _ => xyz::read(file, options),
     }
 }

@@ -18,6 +18,7 @@
 //! |---|---|
 //! | text, one point a line: `.xyz .txt .csv .asc .pts` | [`xyz`] |
 //! | Stanford PLY, ascii or binary | [`ply`] |
+//! | LAS 1.0 to 1.4, and LAZ with the feature `laz` | [`las`] |
 
 #![forbid(unsafe_code)]
 
@@ -26,6 +27,7 @@ mod columns;
 mod error;
 mod files;
 mod gather;
+pub mod las;
 mod names;
 pub mod ply;
 #[cfg(test)]

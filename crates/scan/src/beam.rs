@@ -41,7 +41,7 @@ fn reflectance(class: Class) -> f64 {
     match class {
         Class::Wood => 0.4,
         Class::Leaf => 0.5,
-        Class::Ground | Class::Other => 0.25,
+        Class::Ground | Class::Other(_) => 0.25,
     }
 }
 
