@@ -19,6 +19,17 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<Reading, ReadClou
     match file.fill_buf()? {
         [b'p', b'l', b'y', b'\r' | b'\n', ..] => ply::read(file, options),
         [b'L', b'A', b'S', b'F', ..] => las::read(file, options),
+        [b'P', b'A', b'R', b'1', ..] => table(file.into_inner(), options),
         _ => xyz::read(file, options),
     }
+}
+
+#[cfg(feature = "parquet")]
+fn table(file: File, options: &ReadOptions) -> Result<Reading, ReadCloudError> {
+    crate::table::read(file, options)
+}
+
+#[cfg(not(feature = "parquet"))]
+fn table(_: File, _: &ReadOptions) -> Result<Reading, ReadCloudError> {
+    Err(ReadCloudError::NoParquet)
 }

@@ -19,6 +19,7 @@
 //! | text, one point a line: `.xyz .txt .csv .asc .pts` | [`xyz`] |
 //! | Stanford PLY, ascii or binary | [`ply`] |
 //! | LAS 1.0 to 1.4, and LAZ with the feature `laz` | [`las`] |
+//! | Parquet, with the feature `parquet` | `table` |
 
 #![forbid(unsafe_code)]
 
@@ -30,6 +31,8 @@ mod gather;
 pub mod las;
 mod names;
 pub mod ply;
+#[cfg(feature = "parquet")]
+pub mod table;
 #[cfg(test)]
 mod testing;
 mod thin;
