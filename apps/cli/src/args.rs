@@ -8,6 +8,7 @@ use deeptree_growth::Profile;
 
 use crate::clouds::CloudFormat;
 use crate::format::Format;
+use crate::look::LookArgs;
 
 /// A request that no run could fulfil: exit code 2.
 #[derive(Debug)]
@@ -60,7 +61,7 @@ pub(crate) enum Verb {
 /// What to write, and where.
 #[derive(clap::Args)]
 pub(crate) struct Out {
-    /// Where to: a file (.glb .obj .ply .tree .csv .parquet .dtree), a folder when there are
+    /// Where to: a file (.glb .gltf .obj .ply .usda .usdz .tree .csv .parquet .dtree), a folder when there are
     /// several trees, or - for standard output.
     #[arg(long, short, value_name = "FILE|DIR|-")]
     pub(crate) output: PathBuf,
@@ -71,7 +72,7 @@ pub(crate) struct Out {
     pub(crate) mesh: MeshArgs,
 }
 
-/// How trees are meshed: for .glb, .obj and .ply.
+/// How trees are meshed: for .glb, .gltf, .obj, .ply, .usda and .usdz.
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Meshes")]
 pub(crate) struct MeshArgs {
@@ -88,10 +89,33 @@ pub(crate) struct MeshArgs {
     /// Fissures in the bark of thick wood, as deep as this in metres [without a number: 0.02].
     #[arg(long, value_name = "M", num_args = 0..=1, require_equals = true, default_missing_value = "0.02", conflicts_with = "tubes", value_parser = finite)]
     pub(crate) bark: Option<f32>,
-    /// More attributes of vertices in .glb: tangents, labels (branch, order, node), wind (pivot,
+    /// All levels of detail, 0 to 3: in one .glb or .gltf by MSFT_lod; with =files, and in other
+    /// formats, in files of their own, tree_lod0.obj and so on.
+    #[arg(long, value_name = "one|files", num_args = 0..=1, require_equals = true, default_missing_value = "one", conflicts_with_all = ["lod", "max_triangles", "animate_growth"], value_enum)]
+    pub(crate) lods: Option<Lods>,
+    /// An animation in .glb and .gltf in which the tree unfolds from a seedling to its full shape, in
+    /// so many seconds [without a number: 10].
+    #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true, default_missing_value = "10", conflicts_with = "instancing", value_parser = seconds)]
+    pub(crate) animate_growth: Option<f32>,
+    /// Leaves in .glb and .gltf as copies of one blade, by EXT_mesh_gpu_instancing: small files, for
+    /// programs that know it. In .usda and .usdz they always are copies.
+    #[arg(long)]
+    pub(crate) instancing: bool,
+    /// More attributes of vertices in .glb and .gltf: tangents, labels (branch, order, node), wind (pivot,
     /// phase, stiffness) or all.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum)]
     pub(crate) attributes: Vec<Attribute>,
+    #[command(flatten)]
+    pub(crate) look: LookArgs,
+}
+
+/// Where levels of detail go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Lods {
+    /// Into one file, where the format can.
+    One,
+    /// Into files of their own.
+    Files,
 }
 
 /// Attributes of vertices in GLB files.
@@ -225,7 +249,7 @@ pub(crate) struct Regrow {
     pub(crate) place: Place,
     #[command(flatten)]
     pub(crate) out: Out,
-    /// Write the pruned tree, too: .glb .obj .ply .tree .csv .parquet.
+    /// Write the pruned tree, too: .glb .gltf .obj .ply .usda .usdz .tree .csv .parquet.
     #[arg(long, value_name = "FILE")]
     pub(crate) pruned: Option<PathBuf>,
     /// Which tree of a table of several.
@@ -498,8 +522,8 @@ pub(crate) struct Convert {
 /// Where `convert` writes.
 #[derive(clap::Args)]
 pub(crate) struct OutPath {
-    /// The file to write: .glb .obj .ply .tree .csv .parquet, for a point cloud .xyz .txt .csv .ply
-    /// .las .laz .parquet; - for standard output.
+    /// The file to write: .glb .gltf .obj .ply .usda .usdz .tree .csv .parquet, for a point cloud
+    /// .xyz .txt .csv .ply .las .laz .parquet; - for standard output.
     pub(crate) output: PathBuf,
     /// The format, where the name of the output does not say it.
     #[arg(long, value_name = "FORMAT")]
@@ -541,6 +565,14 @@ fn finite(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(x) if x.is_finite() => Ok(x),
         _ => Err("it must be a finite number".to_owned()),
+    }
+}
+
+/// How long an animation takes.
+fn seconds(text: &str) -> Result<f32, String> {
+    match finite(text)? {
+        x if (0.1..=3600.0).contains(&x) => Ok(x),
+        x => Err(format!("{x} seconds; give 0.1 to 3600")),
     }
 }
 

@@ -6,11 +6,13 @@ mod blend;
 mod clouds;
 mod format;
 mod input;
+mod look;
 mod models;
 mod output;
 mod place;
 mod report;
 mod stand;
+mod surfaces;
 mod verbs;
 
 use std::process::ExitCode;

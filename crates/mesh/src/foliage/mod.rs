@@ -8,15 +8,16 @@ pub use habit::Phyllotaxis;
 
 use deeptree_graph::BranchGraph;
 
-use crate::dressed::{Dressed, Foliage};
+use crate::dressed::{Dressed, Foliage, Leaf};
 use crate::look::{Look, LookError, Season};
 use crate::material::Material;
 use crate::mesh::Mesh;
-use crate::texture::atlas::cards;
+use crate::texture::atlas::{Card, cards};
 use crate::texture::leaf::Ink;
 use crate::texture::noise::Noise;
 use crate::texture::{bark, leaf};
 use habit::{Habit, habit};
+use shoots::{KINDS, shoots};
 
 /// Share of the light a leaf does not mirror that comes out below: of green light, a leaf reflects
 /// and transmits about as much (Jacquemoud and Baret 1990, "PROSPECT").
@@ -29,7 +30,7 @@ const TRANSLUCENCY: f32 = 0.45;
 /// `tree.info`; of a blend, that of its greatest share; of an unknown one, the beech.
 ///
 /// Leaves stand on *shoots*: twigs of a year, which the branch graph does not have. A [`Foliage`] is
-/// one shoot with all its leaves, and its `leaves` are where shoots stand: on the internodes next to
+/// one kind of shoot with all its leaves, and its `leaves` are where such shoots stand: on the internodes next to
 /// the tips, in the species' phyllotaxis. What is drawn for a shoot is keyed by the tree's seed and
 /// the lineage of its node, so that pruning elsewhere changes none. No foliage where `look` wants
 /// none, and none in winter but of evergreens.
@@ -76,8 +77,14 @@ fn foliage(tree: &BranchGraph, habit: &Habit, look: &Look) -> Vec<Foliage> {
         alpha_cutoff: Some(0.5),
         double_sided: true,
     };
-    let blade = blade::blade(habit, &cards, noise.other(8), look.lod > 0);
-    vec![Foliage { blade, leaves: shoots::shoots(tree, habit, look), material }]
+    let kind = |(kind, leaves): (usize, Vec<Leaf>)| {
+        // Each kind shows every other card.
+        let own: Vec<&Card> = cards.iter().skip(kind).step_by(KINDS).collect();
+        let blade = blade::blade(habit, &own, noise.other(20 + kind as u32), look.lod > 0);
+        Foliage { blade, leaves, material: material.clone() }
+    };
+    let kinds = shoots(tree, habit, look).into_iter().enumerate();
+    kinds.filter(|(_, leaves)| !leaves.is_empty()).map(kind).collect()
 }
 
 /// What leaves are painted with in a season.
@@ -94,7 +101,7 @@ fn ink(habit: &Habit, look: &Look) -> Ink {
         blade: tints.blade,
         mottle: tints.mottle,
         vein: tints.vein,
-        turned: habit.autumn[0],
+        turned: habit.autumn,
         turning,
         dry: 0.35 * (1.0 - look.health),
         twig: habit.twig,

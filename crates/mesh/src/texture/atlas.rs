@@ -36,7 +36,7 @@ impl Card {
 pub(crate) fn cards(frond: Frond, noise: Noise) -> Vec<Card> {
     let rows = match frond {
         Frond::Leaf { .. } => 2,
-        Frond::Pinnate { .. } | Frond::Twig { .. } | Frond::Needles { .. } => 1,
+        Frond::Pinnate { .. } | Frond::Twig(_) | Frond::Needles { .. } => 1,
     };
     let (wide, tall) = (ROOM / 2.0, 1.0 / rows as f32);
     (0..2 * rows)
