@@ -108,7 +108,7 @@ fn outputs_that_cannot_be_are_refused() {
 #[test]
 fn a_full_disk_and_a_folder_without_leave_are_told() {
     let desk = Desk::new();
-    for format in ["glb", "csv", "parquet", "obj", "tree", "dtree"] {
+    for format in ["glb", "csv", "parquet", "obj", "ply", "usdz", "tree", "dtree"] {
         let words = ["generate", "oak", "--format", format, "-o", "/dev/full"];
         desk.fails(&words, FAILED, "/dev/full");
     }
