@@ -3,6 +3,7 @@
 mod args;
 mod batch;
 mod blend;
+mod dressing;
 mod format;
 mod input;
 mod models;

@@ -82,13 +82,7 @@ impl<'a> Scene<'a> {
 
     /// Points that what is seen of the tree lies between: all vertices of wood and leaves.
     pub fn points(&self) -> impl Iterator<Item = Vec3> + Clone + '_ {
-        let leaves = self.tree.foliage.iter().flat_map(|foliage| {
-            foliage
-                .leaves
-                .iter()
-                .flat_map(|leaf| foliage.blade.positions.iter().map(|&p| world_from_blade(leaf, p)))
-        });
-        self.tree.wood.positions.iter().copied().chain(leaves)
+        points(self.tree)
     }
 
     /// What the ray meets first.
@@ -196,6 +190,18 @@ impl<'a> Scene<'a> {
             label,
         }
     }
+}
+
+/// Points that what is seen of a tree lies between: all vertices of wood and leaves.
+pub fn points(tree: &Dressed) -> impl Iterator<Item = Vec3> + Clone + '_ {
+    let leaves = tree.foliage.iter().flat_map(|foliage| {
+        let blade = &foliage.blade.positions;
+        foliage
+            .leaves
+            .iter()
+            .flat_map(move |leaf| blade.iter().map(move |&p| world_from_blade(leaf, p)))
+    });
+    tree.wood.positions.iter().copied().chain(leaves)
 }
 
 /// What a triangle says of a place on it.

@@ -8,6 +8,7 @@ mod grow;
 mod info;
 mod making;
 mod regrow;
+mod render;
 mod train;
 
 use anyhow::Result;
@@ -24,6 +25,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Verb::Dataset(verb) => dataset::run(args, verb),
         Verb::Train(verb) => train::run(args, verb),
         Verb::Evaluate(verb) => evaluate::run(args, verb),
+        Verb::Render(verb) => render::run(args, verb),
         Verb::Info(verb) => info::run(args, verb),
         Verb::Convert(verb) => convert::run(args, verb),
     }
