@@ -412,7 +412,13 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true, default_missing_value = "2", conflicts_with_all = ["sheet", "views", "aov"], value_parser = clap::value_parser!(u32).range(1..=16))]
     pub(crate) impostor: Option<u32>,
     /// From where: front, right, back, left, quarter, top; several stand side by side.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "front", conflicts_with = "sheet")]
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "front",
+        conflicts_with = "sheet"
+    )]
     pub(crate) views: Vec<String>,
     /// Width and height of each view in pixels; of a sheet, the height of the tallest tree counts
     /// [default: 512x512, of a sheet 360].

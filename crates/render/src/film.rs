@@ -17,8 +17,9 @@ pub const MAX_SIZE: u32 = 16_384;
 pub const MAX_SAMPLES: u32 = 1 << 16;
 /// Side of the squares of pixels that share an estimate of the error.
 const TILE: u32 = 16;
-/// Samples between two looks at the error.
-const ROUND: u32 = 16;
+/// Samples of a round. The error is judged by how the means of rounds differ, since the samples of
+/// one round are spread over what one alone would miss.
+const ROUND: u32 = 8;
 
 /// How a picture is taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -200,6 +201,7 @@ impl Tile {
                 }
             }
             taken = until;
+            pixels.iter_mut().for_each(Pixel::end_round);
             let squares: f32 = pixels.iter().map(|pixel| pixel.error() * pixel.error()).sum();
             if (squares / pixels.len() as f32).sqrt() < options.error {
                 break;
@@ -220,9 +222,13 @@ struct Pixel {
     color: Vec3,
     alpha: f32,
     shadow: f32,
-    brightness: f32,
-    squares: f32,
     count: u32,
+    /// Of the samples of this round, as bright as a screen can show them.
+    brightness: f32,
+    in_round: u32,
+    /// Sum and sum of squares of the rounds' mean brightness.
+    rounds: [f32; 2],
+    round_count: u32,
 }
 
 impl Pixel {
@@ -232,11 +238,17 @@ impl Pixel {
         self.color += color;
         self.alpha += seen.alpha;
         self.shadow += seen.shadow;
-        // As bright as a screen can show it; the background is white to the eye.
-        let brightness = (luminance(color) + (1.0 - seen.alpha) * (1.0 - seen.shadow)).min(4.0);
-        self.brightness += brightness;
-        self.squares += brightness * brightness;
         self.count += 1;
+        // The background is white to the eye.
+        self.brightness += (luminance(color) + (1.0 - seen.alpha) * (1.0 - seen.shadow)).min(4.0);
+        self.in_round += 1;
+    }
+
+    fn end_round(&mut self) {
+        let mean = self.brightness / self.in_round.max(1) as f32;
+        self.rounds = [self.rounds[0] + mean, self.rounds[1] + mean * mean];
+        self.round_count += 1;
+        (self.brightness, self.in_round) = (0.0, 0);
     }
 
     fn mean(&self) -> Seen {
@@ -245,11 +257,14 @@ impl Pixel {
     }
 
     /// Standard error of the brightness, as a share of it and a little more: the eye sees less in
-    /// the dark.
+    /// the dark. Infinite after one round, when nothing is known of it.
     fn error(&self) -> f32 {
-        let n = self.count as f32;
-        let mean = self.brightness / n;
-        let variance = (self.squares / n - mean * mean).max(0.0);
-        (variance / (n - 1.0).max(1.0)).sqrt() / (mean + 0.1)
+        if self.round_count < 2 {
+            return f32::INFINITY;
+        }
+        let n = self.round_count as f32;
+        let mean = self.rounds[0] / n;
+        let variance = (self.rounds[1] / n - mean * mean).max(0.0);
+        (variance / (n - 1.0)).sqrt() / (mean + 0.1)
     }
 }

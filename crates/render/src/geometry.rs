@@ -14,16 +14,16 @@ use obvhs::ray::RayHit;
 use crate::error::RenderError;
 use crate::ray::{Meeting, Ray, Triangle};
 
-/// Bounds grow by this share of their farthest coordinate: more than the rounding in the test of
-/// a ray against them.
+/// Bounds grow by this share of the reach of all that is in a hierarchy: more than the rounding in
+/// the test of a ray that starts no farther away.
 const MARGIN: f32 = 2e-6;
 
 /// The surfaces of a tree, ready for rays.
 pub(crate) struct Geometry {
     bvh: CwBvh,
+    ball: Ball,
     /// In the order of the hierarchy's leaves.
     parts: Vec<Part>,
-    triangles: Vec<Triangle>,
     blades: Vec<BladeGeometry>,
     leaves: Vec<Placed>,
 }
@@ -31,7 +31,7 @@ pub(crate) struct Geometry {
 /// What the hierarchy ends in.
 #[derive(Clone, Copy, Debug)]
 enum Part {
-    Wood(u32),
+    Wood(u32, Triangle),
     Leaf(u32),
 }
 
@@ -47,6 +47,7 @@ struct Placed {
 }
 
 struct BladeGeometry {
+    ball: Ball,
     triangles: Vec<Triangle>,
     /// None where looking at all triangles is quicker.
     bvh: Option<CwBvh>,
@@ -72,10 +73,11 @@ impl Geometry {
     /// Builds the hierarchy; what it cannot hold is refused.
     pub(crate) fn new(tree: &Dressed) -> Result<Self, RenderError> {
         check_wood(&tree.wood)?;
-        let triangles: Vec<Triangle> = tree.wood.triangles().map(Triangle::new).collect();
-        let mut bounds: Vec<Aabb> =
-            tree.wood.triangles().map(|corners| bounds_of(corners.into_iter())).collect();
-        let mut parts: Vec<Part> = (0..triangles.len() as u32).map(Part::Wood).collect();
+        let (mut bounds, mut parts) = (Vec::new(), Vec::new());
+        for (number, corners) in (0u32..).zip(tree.wood.triangles()) {
+            bounds.push(bounds_of(corners.into_iter()));
+            parts.push(Part::Wood(number, Triangle::new(corners)));
+        }
         let (mut blades, mut leaves) = (Vec::new(), Vec::new());
         for (kind, foliage) in tree.foliage.iter().enumerate() {
             check_foliage(foliage)?;
@@ -96,17 +98,17 @@ impl Geometry {
         if parts.is_empty() {
             return Err(RenderError::Empty);
         }
-        let bvh = build(&bounds);
+        let (bvh, ball) = build(&mut bounds);
         let parts = bvh.primitive_indices.iter().map(|&i| parts[i as usize]).collect();
-        Ok(Self { bvh, parts, triangles, blades, leaves })
+        Ok(Self { bvh, ball, parts, blades, leaves })
     }
 
     /// What the ray meets first, where `is_there` says that there is something: leaves have holes.
     pub(crate) fn first(&self, ray: &Ray, is_there: impl Fn(&Hit) -> bool) -> Option<Hit> {
-        let mut best = None;
-        let mut ray = *ray;
+        let mut best: Option<Hit> = None;
+        let (mut ray, skipped) = self.ball.near(ray);
         self.bvh.ray_traverse(ray.traversal(), &mut RayHit::none(), |_, at| {
-            match self.meet(self.parts[at], &ray, &is_there) {
+            match self.meet(&self.parts[at], &ray, &is_there) {
                 Some(hit) => {
                     ray.most = hit.meeting.distance;
                     best = Some(hit);
@@ -115,24 +117,25 @@ impl Geometry {
                 None => f32::INFINITY,
             }
         });
-        best
+        best.map(|hit| hit.farther(skipped))
     }
 
     /// Is anything in the ray's way?
     pub(crate) fn any(&self, ray: &Ray, is_there: impl Fn(&Hit) -> bool) -> bool {
+        let (ray, _) = self.ball.near(ray);
         !self.bvh.ray_traverse_miss(ray.traversal(), |_, at| {
-            match self.meet(self.parts[at], ray, &is_there) {
+            match self.meet(&self.parts[at], &ray, &is_there) {
                 Some(hit) => hit.meeting.distance,
                 None => f32::INFINITY,
             }
         })
     }
 
-    fn meet(&self, part: Part, ray: &Ray, is_there: &impl Fn(&Hit) -> bool) -> Option<Hit> {
-        match part {
-            Part::Wood(triangle) => {
-                let meeting = self.triangles[triangle as usize].meet(ray)?;
-                let hit = Hit { meeting, what: What::Wood { triangle } };
+    fn meet(&self, part: &Part, ray: &Ray, is_there: &impl Fn(&Hit) -> bool) -> Option<Hit> {
+        match *part {
+            Part::Wood(number, triangle) => {
+                let meeting = triangle.meet(ray)?;
+                let hit = Hit { meeting, what: What::Wood { triangle: number } };
                 is_there(&hit).then_some(hit)
             }
             Part::Leaf(leaf) => {
@@ -162,16 +165,17 @@ impl BladeGeometry {
             let triangles = blade.indices.as_chunks::<3>().0.iter();
             triangles.map(|t| t.map(|i| blade.positions[i as usize]))
         };
-        let bounds: Vec<Aabb> = corners().map(|c| bounds_of(c.into_iter())).collect();
-        let bvh = (bounds.len() > Self::FEW).then(|| build(&bounds));
-        Self { triangles: corners().map(Triangle::new).collect(), bvh }
+        let mut bounds: Vec<Aabb> = corners().map(|c| bounds_of(c.into_iter())).collect();
+        let (bvh, ball) = build(&mut bounds);
+        let bvh = (bounds.len() > Self::FEW).then_some(bvh);
+        Self { ball, triangles: corners().map(Triangle::new).collect(), bvh }
     }
 
     /// The nearest hit that `accept` makes of a meeting and a triangle.
     fn first(&self, ray: &Ray, accept: impl Fn(Meeting, u32) -> Option<Hit>) -> Option<Hit> {
         let mut best: Option<Hit> = None;
+        let (mut ray, skipped) = self.ball.near(ray);
         let traversal = ray.traversal();
-        let mut ray = *ray;
         let mut look = |triangle: u32| {
             let met = self.triangles[triangle as usize].meet(&ray);
             match met.and_then(|meeting| accept(meeting, triangle)) {
@@ -195,7 +199,7 @@ impl BladeGeometry {
                 });
             }
         }
-        best
+        best.map(|hit| hit.farther(skipped))
     }
 }
 
@@ -204,16 +208,55 @@ pub(crate) fn world_from_blade(leaf: &Leaf, point: Vec3) -> Vec3 {
     leaf.position + leaf.rotation * (point * leaf.scale)
 }
 
-/// A hierarchy that is quick to trace, in a build that takes a few seconds for a million triangles.
-fn build(bounds: &[Aabb]) -> CwBvh {
-    build_cwbvh(bounds, BvhBuildParams::fast_build(), &mut Duration::default())
+/// A ball around all that is in a hierarchy.
+#[derive(Clone, Copy, Debug)]
+struct Ball {
+    middle: Vec3,
+    radius: f32,
+}
+
+impl Ball {
+    /// The ray from where it comes near, and how far that is from where it started: from afar,
+    /// rounding would make it miss thin things.
+    fn near(&self, ray: &Ray) -> (Ray, f32) {
+        let square = ray.direction.length_squared();
+        let along = (self.middle - ray.origin).dot(ray.direction) / square;
+        let skipped = (along - self.radius / square.sqrt()).max(0.0);
+        let origin = ray.origin + ray.direction * skipped;
+        (Ray { origin, most: ray.most - skipped, ..*ray }, skipped)
+    }
+}
+
+impl Hit {
+    /// The same hit, of a ray that starts farther away.
+    fn farther(mut self, by: f32) -> Self {
+        self.meeting.distance += by;
+        self
+    }
+}
+
+/// A hierarchy that is quick to trace, in a build that takes a few seconds for a million triangles,
+/// and what lies around it.
+fn build(bounds: &mut [Aabb]) -> (CwBvh, Ball) {
+    let whole = bounds.iter().fold(Aabb::INVALID, |all, one| all.union(one));
+    let (low, high) = (Vec3::from(whole.min), Vec3::from(whole.max));
+    let ball = if bounds.is_empty() {
+        Ball { middle: Vec3::ZERO, radius: 0.0 }
+    } else {
+        Ball { middle: (low + high) / 2.0, radius: (high - low).length() / 2.0 }
+    };
+    let margin = MARGIN * (ball.middle.abs().max_element() + 2.0 * ball.radius).max(1e-6);
+    for one in bounds.iter_mut() {
+        *one = Aabb::new(one.min - margin, one.max + margin);
+    }
+    let hierarchy = build_cwbvh(bounds, BvhBuildParams::fast_build(), &mut Duration::default());
+    (hierarchy, ball)
 }
 
 fn bounds_of(points: impl Iterator<Item = Vec3>) -> Aabb {
     let (low, high) = points
         .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-    let margin = Vec3::splat(MARGIN * low.abs().max(high.abs()).max_element().max(1e-3));
-    Aabb::new((low - margin).into(), (high + margin).into())
+    Aabb::new(low.into(), high.into())
 }
 
 fn check_wood(wood: &Mesh) -> Result<(), RenderError> {

@@ -61,8 +61,10 @@ pub fn impostor(
 ) -> Result<Impostor, RenderError> {
     let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
     let azimuths: Vec<f32> = (0..count).map(|i| PI * i as f32 / count as f32).collect();
-    let rights: Vec<Vec3> =
-        azimuths.iter().map(|&a| Camera::orthographic(Vec3::ZERO, a, 0.0, [1.0; 2]).axes()[0]).collect();
+    let rights: Vec<Vec3> = azimuths
+        .iter()
+        .map(|&a| Camera::orthographic(Vec3::ZERO, a, 0.0, [1.0; 2]).axes()[0])
+        .collect();
     let mut half = 0.0f32;
     for p in points(tree) {
         (low, high) = (low.min(p.y), high.max(p.y));

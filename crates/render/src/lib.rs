@@ -55,6 +55,5 @@ pub use ground::Ground;
 pub use impostor::{Card, Impostor, impostor};
 pub use light::Light;
 pub use mosaic::Mosaic;
-pub use sampler::Sampler;
 pub use scene::{Scene, points};
 pub use tone::Tone;

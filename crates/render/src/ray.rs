@@ -19,7 +19,10 @@ impl Ray {
 
     /// As the hierarchy of boxes reads it.
     pub(crate) fn traversal(&self) -> obvhs::ray::Ray {
-        obvhs::ray::Ray::new(self.origin.into(), self.direction.into(), 0.0, self.most)
+        // The sum makes −0 to 0: the hierarchy takes the sign of its inverse, but not its own, for
+        // negative.
+        let direction = self.direction + Vec3::ZERO;
+        obvhs::ray::Ray::new(self.origin.into(), direction.into(), 0.0, self.most)
     }
 }
 

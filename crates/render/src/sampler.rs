@@ -11,7 +11,7 @@ use deeptree_graph::Seed;
 /// The random numbers of one sample of one pixel. Each number depends on the seed, the pixel, the
 /// number of the sample and how many were taken before; on nothing else.
 #[derive(Clone, Debug)]
-pub struct Sampler {
+pub(crate) struct Sampler {
     key: u32,
     index: u32,
     dimension: u32,
@@ -19,14 +19,13 @@ pub struct Sampler {
 
 impl Sampler {
     /// The numbers of sample `index` of a pixel.
-    #[must_use]
-    pub const fn new(seed: Seed, x: u32, y: u32, index: u32) -> Self {
+    pub(crate) const fn new(seed: Seed, x: u32, y: u32, index: u32) -> Self {
         let key = hash(hash(hash(seed.0 as u32, (seed.0 >> 32) as u32), x), y);
         Self { key, index, dimension: 0 }
     }
 
     /// Two numbers in [0, 1) that are well spread together, over all samples of the pixel.
-    pub const fn pair(&mut self) -> [f32; 2] {
+    pub(crate) const fn pair(&mut self) -> [f32; 2] {
         self.dimension += 1;
         let key = hash(self.key, self.dimension);
         let index = scramble(self.index, key);
@@ -36,7 +35,7 @@ impl Sampler {
     }
 
     /// One number in [0, 1), well spread over all samples of the pixel.
-    pub const fn one(&mut self) -> f32 {
+    pub(crate) const fn one(&mut self) -> f32 {
         self.dimension += 1;
         let key = hash(self.key, self.dimension);
         let index = scramble(self.index, key);

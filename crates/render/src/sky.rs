@@ -2,9 +2,12 @@
 //!
 //! # Source
 //!
-//! Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight": distribution and
-//! zenith of the sky (their appendix A.2), transmittance of the air (A.1). Airmass: Kasten and Young
-//! 1989. Deviation: below the lowest degrees the horizon's colour goes on.
+//! Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight": luminance of the sky
+//! (their appendix A.2), transmittance of the air (A.1). Takagi et al. 1990, "Accurate Rendering
+//! Technique Based on Colorimetric Conception": the colour temperature of the sky, by its luminance;
+//! CIE 15: the chromaticity of daylight of a colour temperature. Kasten and Young 1989: airmass.
+//! Deviation: Preetham's own chromaticities, which make the horizon pink, are not used; below the
+//! lowest degree the horizon's colour goes on.
 
 use glam::{Mat3, Vec3};
 
@@ -17,16 +20,19 @@ const OZONE: [f32; 3] = [0.12, 0.085, 0.004];
 /// Thickness of the ozone layer, in cm.
 const OZONE_LAYER: f32 = 0.35;
 
+/// No part of a clear sky is darker, in kcd/m².
+const LEAST: f32 = 0.3;
+
 /// A clear sky.
 #[derive(Clone, Debug)]
 pub(crate) struct ClearSky {
     /// Unit vector towards the sun.
     pub(crate) sun: Vec3,
     turbidity: f32,
-    /// Perez's five parameters for Y, x and y.
-    perez: [[f32; 5]; 3],
-    /// Y, x, y at the zenith over Perez's function there.
-    zenith: [f32; 3],
+    /// Perez's five parameters.
+    perez: [f32; 5],
+    /// Luminance of the zenith in kcd/m², over Perez's function there.
+    zenith: f32,
 }
 
 impl ClearSky {
@@ -34,32 +40,14 @@ impl ClearSky {
     pub(crate) fn new(sun: Vec3, turbidity: f32) -> Self {
         let t = turbidity;
         let perez = [
-            [
-                0.1787 * t - 1.4630,
-                -0.3554 * t + 0.4275,
-                -0.0227 * t + 5.3251,
-                0.1206 * t - 2.5771,
-                -0.0670 * t + 0.3703,
-            ],
-            [
-                -0.0193 * t - 0.2592,
-                -0.0665 * t + 0.0008,
-                -0.0004 * t + 0.2125,
-                -0.0641 * t - 0.8989,
-                -0.0033 * t + 0.0452,
-            ],
-            [
-                -0.0167 * t - 0.2608,
-                -0.0950 * t + 0.0092,
-                -0.0079 * t + 0.2102,
-                -0.0441 * t - 1.6537,
-                -0.0109 * t + 0.0529,
-            ],
+            0.1787 * t - 1.4630,
+            -0.3554 * t + 0.4275,
+            -0.0227 * t + 5.3251,
+            0.1206 * t - 2.5771,
+            -0.0670 * t + 0.3703,
         ];
         let from_zenith = libm::acosf(sun.y.clamp(-1.0, 1.0));
-        let at_zenith = zenith(from_zenith, t);
-        let zenith =
-            std::array::from_fn(|i| at_zenith[i] / perez_at(&perez[i], 1.0, from_zenith, sun.y));
+        let zenith = zenith(from_zenith, t) / perez_at(&perez, 1.0, from_zenith, sun.y);
         Self { sun, turbidity, perez, zenith }
     }
 
@@ -67,10 +55,9 @@ impl ClearSky {
     pub(crate) fn radiance(&self, direction: Vec3) -> Vec3 {
         let up = direction.y.max(0.01);
         let cos = direction.dot(self.sun).clamp(-1.0, 1.0);
-        let angle = libm::acosf(cos);
-        let [luminance, x, y] =
-            std::array::from_fn(|i| self.zenith[i] * perez_at(&self.perez[i], up, angle, cos));
-        rgb_from_xyy(luminance.max(0.0), x, y).max(Vec3::ZERO)
+        let luminance = self.zenith * perez_at(&self.perez, up, libm::acosf(cos), cos);
+        let luminance = luminance.max(LEAST);
+        rgb_of_daylight(color_temperature(luminance)) * luminance
     }
 
     /// Irradiance of the sun on a surface that faces it, in the same unit.
@@ -93,18 +80,28 @@ fn perez_at([a, b, c, d, e]: &[f32; 5], cos_zenith: f32, angle: f32, cos: f32) -
     (1.0 + a * libm::expf(b / cos_zenith)) * (1.0 + c * libm::expf(d * angle) + e * cos * cos)
 }
 
-/// Y in kcd/m², x and y of the zenith, with the sun so many radians from it.
-fn zenith(s: f32, t: f32) -> [f32; 3] {
+/// Luminance of the zenith in kcd/m², with the sun so many radians from it.
+fn zenith(s: f32, t: f32) -> f32 {
     let chi = (4.0 / 9.0 - t / 120.0) * (std::f32::consts::PI - 2.0 * s);
-    let luminance = (4.0453 * t - 4.9710) * libm::tanf(chi) - 0.2155 * t + 2.4192;
-    let cubic = |[a, b, c, d]: [f32; 4]| ((a * s + b) * s + c) * s + d;
-    let x = cubic([0.00166, -0.00375, 0.00209, 0.0]) * t * t
-        + cubic([-0.02903, 0.06377, -0.03202, 0.00394]) * t
-        + cubic([0.11693, -0.21196, 0.06052, 0.25886]);
-    let y = cubic([0.00275, -0.00610, 0.00317, 0.0]) * t * t
-        + cubic([-0.04214, 0.08970, -0.04153, 0.00516]) * t
-        + cubic([0.15346, -0.26756, 0.06670, 0.26688]);
-    [luminance, x, y]
+    (4.0453 * t - 4.9710) * libm::tanf(chi) - 0.2155 * t + 2.4192
+}
+
+/// Correlated colour temperature in kelvins of sky of a luminance in kcd/m²:
+/// `6500 + 1.1985e8 / L^1.2` with L in cd/m².
+fn color_temperature(luminance: f32) -> f32 {
+    6500.0 + 1.1985e8 / libm::powf(1000.0 * luminance, 1.2)
+}
+
+/// Linear sRGB, of luminance 1, of daylight of a colour temperature of at least 4000 K.
+fn rgb_of_daylight(kelvins: f32) -> Vec3 {
+    let i = 1000.0 / kelvins;
+    let x = if kelvins < 7000.0 {
+        ((-4.6070 * i + 2.9678) * i + 0.09911) * i + 0.244_063
+    } else {
+        ((-2.0064 * i + 1.9018) * i + 0.24748) * i + 0.237_040
+    };
+    let y = (-3.0 * x + 2.870) * x - 0.275;
+    rgb_from_xyy(1.0, x, y).max(Vec3::ZERO)
 }
 
 /// Linear sRGB (IEC 61966-2-1) of a CIE xyY colour.
@@ -131,17 +128,18 @@ mod tests {
     #[test]
     fn white_is_white() {
         // D65 has the chromaticity (0.3127, 0.3290).
-        let white = rgb_from_xyy(1.0, 0.3127, 0.3290);
-        assert!((white - Vec3::ONE).abs().max_element() < 2e-3, "{white}");
+        for white in [rgb_from_xyy(1.0, 0.3127, 0.3290), rgb_of_daylight(6504.0)] {
+            assert!((white - Vec3::ONE).abs().max_element() < 5e-3, "{white}");
+        }
     }
 
     #[test]
     fn a_clear_sky_has_its_zenith_and_is_blue_away_from_the_sun() {
         let sky = ClearSky::new(sun(45.0), 2.5);
-        let [published, ..] = zenith(std::f32::consts::FRAC_PI_4, 2.5);
+        let published = zenith(std::f32::consts::FRAC_PI_4, 2.5);
         assert!((luminance(sky.radiance(Vec3::Y)) / published - 1.0).abs() < 1e-3);
         let away = sky.radiance(Vec3::new(0.0, 0.8, -0.6));
-        assert!(away.z > 1.5 * away.x, "{away}");
+        assert!(away.z > 1.4 * away.x, "{away}");
         let near = sky.radiance(sky.sun);
         assert!(luminance(near) > 3.0 * luminance(away));
     }

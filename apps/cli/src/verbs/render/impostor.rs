@@ -30,7 +30,8 @@ pub(super) fn run(
     let normals = beside(&verb.output, "normal");
     write_image(&normals, &cards.normal)?;
     let seconds = start.elapsed().as_secs_f64();
-    let corners: Vec<_> = cards.cards.iter().map(|card| card.corners.map(|p| p.to_array())).collect();
+    let corners: Vec<_> =
+        cards.cards.iter().map(|card| card.corners.map(|p| p.to_array())).collect();
     let (width, height) = (cards.color.width, cards.color.height);
     let figures = json!({ "cards": corners, "size": [width, height], "seconds": seconds });
     let text = format!(

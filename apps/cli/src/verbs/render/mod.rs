@@ -146,7 +146,8 @@ fn views(
     let traced = start.elapsed() - built;
     write(verb, kind, &picture, &mosaic.marks(&all_marks))?;
 
-    let per_pixel = picture.samples as f64 / (f64::from(size[0]) * f64::from(size[1]) * f64::from(count));
+    let per_pixel =
+        picture.samples as f64 / (f64::from(size[0]) * f64::from(size[1]) * f64::from(count));
     let leaves: usize = dressed.foliage.iter().map(|foliage| foliage.leaves.len()).sum();
     let triangles = dressed.wood.triangle_count();
     let figures = json!({

@@ -107,7 +107,8 @@ pub(super) fn run(args: &Args, verb: &args::Render, which: Sheet, kind: FileKind
     let trees: usize = cells.iter().map(Vec::len).sum();
     let seconds = start.elapsed().as_secs_f64();
     let (width, height) = (image.width, image.height);
-    let figures = json!({ "trees": trees, "paths": samples, "seconds": seconds, "size": [width, height] });
+    let figures =
+        json!({ "trees": trees, "paths": samples, "seconds": seconds, "size": [width, height] });
     let output = verb.output.display();
     let text = format!("{trees} trees on {width} × {height} pixels in {seconds:.1} s → {output}");
     report::say(args, &figures, &text, false);
@@ -233,8 +234,7 @@ impl Layout {
 
 /// How far a tree reaches in the picture.
 fn reach(tree: &Dressed, cell: &Cell) -> Reach {
-    let [x, y, _] =
-        Camera::orthographic(Vec3::ZERO, cell.azimuth, cell.elevation, [1.0; 2]).axes();
+    let [x, y, _] = Camera::orthographic(Vec3::ZERO, cell.azimuth, cell.elevation, [1.0; 2]).axes();
     let mut reach = [0.0f32; 4];
     for p in deeptree_render::points(tree) {
         let (across, along) = (x.dot(p), y.dot(p));

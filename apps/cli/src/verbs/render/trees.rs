@@ -18,8 +18,7 @@ const SAMPLES: [u64; 2] = [6, 3];
 
 /// What stands where on a sheet.
 pub(super) fn plan(verb: &args::Render, which: Sheet) -> Result<Plan> {
-    let mut networks =
-        Networks { model: verb.model.load()?, work: verb.model.workspace()? };
+    let mut networks = Networks { model: verb.model.load()?, work: verb.model.workspace()? };
     let known = networks.model.species();
     if !known.contains(&verb.species) {
         return Err(unknown_species(&verb.species, known).into());
