@@ -4,6 +4,7 @@ mod args;
 mod batch;
 mod blend;
 mod dressing;
+mod clouds;
 mod format;
 mod input;
 mod models;

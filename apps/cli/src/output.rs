@@ -4,8 +4,9 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
+use deeptree_export::gltf::{self, Document};
 use deeptree_export::tables::{TableMeta, TableWriter};
-use deeptree_export::{glb, obj, ply, write_atomically};
+use deeptree_export::{obj, ply, write_atomically};
 use deeptree_graph::codec::csv::CsvWriter;
 use deeptree_graph::codec::{dtree::SeedFile, tree_format};
 use deeptree_graph::{BranchGraph, Share};
@@ -134,7 +135,9 @@ impl Target {
         let mesh = || mesh(tree, &self.mesh);
         match self.format {
             Format::Glb => {
-                glb::write_with(&mesh()?, &tree.info, attributes(&self.mesh), out)?;
+                let options =
+                    gltf::Options { attributes: attributes(&self.mesh), instancing: false };
+                Document::new((&mesh()?).into(), &tree.info, options)?.write_glb(out)?;
             }
             Format::Obj => obj::write(&mesh()?, &tree.info, out)?,
             Format::Ply => ply::write(&mesh()?, &tree.info, out)?,
@@ -185,9 +188,9 @@ fn mesh(tree: &BranchGraph, args: &MeshArgs) -> Result<Mesh> {
 }
 
 /// The attributes that are asked for.
-fn attributes(args: &MeshArgs) -> glb::Attributes {
+fn attributes(args: &MeshArgs) -> gltf::Attributes {
     let has = |wanted| args.attributes.iter().any(|&one| one == wanted || one == Attribute::All);
-    glb::Attributes {
+    gltf::Attributes {
         tangents: has(Attribute::Tangents),
         labels: has(Attribute::Labels),
         wind: has(Attribute::Wind),

@@ -9,6 +9,7 @@ mod info;
 mod making;
 mod regrow;
 mod render;
+mod scan;
 mod train;
 
 use anyhow::Result;
@@ -22,6 +23,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Verb::Generate(verb) => generate::run(args, verb),
         Verb::Grow(verb) => grow::run(args, verb),
         Verb::Regrow(verb) => regrow::run(args, verb),
+        Verb::Scan(verb) => scan::run(args, verb),
         Verb::Dataset(verb) => dataset::run(args, verb),
         Verb::Train(verb) => train::run(args, verb),
         Verb::Evaluate(verb) => evaluate::run(args, verb),

@@ -1,0 +1,246 @@
+//! What the networks expect at a joint: where its children are likely to go.
+//!
+//! A cloud shows where wood is, not which wood carries it. Where the points leave that open, the
+//! networks are asked: the joint is told to them as a node of a tree that they know, children are
+//! drawn for it again and again, and the directions they take are the law that a link is judged by.
+//! Networks that also read the points around a node answer the same question better; they need no
+//! other place than [`Prior::expect`].
+
+use deeptree_graph::signature::{TreeConditions, thickness_of, tip_count};
+use deeptree_graph::{Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, Vec3};
+use deeptree_infer::{Active, Branchlet, Overflow, Predictor, Root, Workspace};
+
+/// Branchlets drawn for each joint that is asked.
+const DRAWS: usize = 16;
+
+/// Nodes that go through the networks together.
+const BATCH: usize = 512;
+
+/// Concentration of the directions around a drawn one: a spread of some 17 degrees.
+const KAPPA: f32 = 12.0;
+
+/// Children a steradian where none was drawn, so that nothing is impossible.
+const FLOOR: f32 = 0.01;
+
+/// A joint as the networks are told of it; metres of the cloud, the foot at the origin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Situation {
+    pub(crate) position: Vec3,
+    /// Unit direction of the wood that ends here.
+    pub(crate) front: Vec3,
+    pub(crate) order: u16,
+    /// Ways from the foot, from the start of the branch and from the last fork.
+    pub(crate) root_distance: f32,
+    pub(crate) branch_distance: f32,
+    pub(crate) fork_distance: f32,
+    /// Share of the tree's wood that is beyond, 0 to 1.
+    pub(crate) share: f32,
+    /// Longest way beyond.
+    pub(crate) reach: f32,
+    /// Of this joint and no other of the tree: it keys the draws.
+    pub(crate) lineage: Lineage,
+}
+
+/// A node of the growth space whose children are drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asked<'n> {
+    pub(crate) node: &'n Node,
+    /// What is to grow below it.
+    pub(crate) plan: Plan,
+    /// Keys the draws.
+    pub(crate) lineage: Lineage,
+}
+
+/// The networks, told which kind of tree they look at.
+pub(crate) struct Prior<'a> {
+    model: &'a dyn Predictor,
+    conditions: TreeConditions,
+    /// Metres of the growth space a metre of the cloud.
+    pub(crate) scale: f32,
+    seed: Seed,
+    sense: Sense,
+    neighbourhood: Neighbourhood,
+}
+
+/// What is known of a tree's shape before the networks are asked; metres of the cloud.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shape {
+    pub(crate) height: f32,
+    pub(crate) crown_radius: f32,
+}
+
+impl<'a> Prior<'a> {
+    /// The networks as they know species number `species`, at the scale and with the conditions of
+    /// that of their trees which is shaped most like this one.
+    pub(crate) fn new(
+        model: &'a dyn Predictor,
+        species: usize,
+        shape: Shape,
+        joints: &[Vec3],
+        seed: Seed,
+    ) -> Option<Self> {
+        let root = alike(model.roots(species), shape)?;
+        let tip_radius = model.tip_radius(species);
+        let conditions = TreeConditions {
+            age: root.age,
+            gravitropism: root.gravitropism,
+            species,
+            tip_radius,
+            root_tips: tip_count(root.signature.thickness, tip_radius),
+            traits: root.traits,
+        };
+        let scale = root.traits.height / shape.height;
+        let mut neighbourhood = Neighbourhood::of_a_tree();
+        joints.iter().for_each(|&joint| neighbourhood.add(joint * scale));
+        let centre = joints.iter().sum::<Vec3>() / joints.len().max(1) as f32 * scale;
+        let sense = Sense { centre, outlook: centre, ..Sense::default() };
+        let is_sound = scale.is_finite() && scale > 0.0;
+        is_sound.then_some(Self { model, conditions, scale, seed, sense, neighbourhood })
+    }
+
+    /// An internode of the networks, in metres of the cloud.
+    pub(crate) fn internode(&self) -> f32 {
+        1.0 / self.scale
+    }
+
+    /// Name of the species.
+    pub(crate) fn species(&self) -> &str {
+        &self.model.species()[self.conditions.species]
+    }
+
+    /// The directions in which the networks expect children of each joint.
+    pub(crate) fn expect(
+        &self,
+        situations: &[Situation],
+        work: &mut Workspace,
+    ) -> Result<Vec<Expectation>, Overflow> {
+        let nodes: Vec<(Node, Plan)> =
+            situations.iter().map(|situation| self.node(situation)).collect();
+        let turned: Vec<Node> = nodes.iter().flat_map(|(node, ..)| rolled(node)).collect();
+        let asked: Vec<Asked<'_>> = turned
+            .iter()
+            .enumerate()
+            .map(|(i, node)| {
+                let (of, draw) = (i / DRAWS, (i % DRAWS) as u8);
+                Asked { node, plan: nodes[of].1, lineage: situations[of].lineage.child(draw) }
+            })
+            .collect();
+        let branchlets = self.draw(&asked, work)?;
+        let mut expectations = vec![Expectation { children: Vec::new() }; situations.len()];
+        for (i, (branchlet, node)) in branchlets.iter().zip(&turned).enumerate() {
+            let children = branchlet.children.iter().flatten();
+            let front = |rotation: Quat| node.orientation * rotation * Vec3::NEG_Z;
+            expectations[i / DRAWS].children.extend(children.map(|child| front(child.rotation)));
+        }
+        Ok(expectations)
+    }
+
+    /// The branchlets drawn for nodes of the growth space.
+    pub(crate) fn draw(
+        &self,
+        asked: &[Asked<'_>],
+        work: &mut Workspace,
+    ) -> Result<Vec<Branchlet>, Overflow> {
+        let (mut all, mut branchlets) = (Vec::with_capacity(asked.len()), Vec::new());
+        for batch in asked.chunks(BATCH) {
+            let frontier: Vec<Active<'_>> = batch.iter().map(|asked| self.active(asked)).collect();
+            self.model.branchlets(&frontier, work, &mut branchlets)?;
+            all.append(&mut branchlets);
+        }
+        Ok(all)
+    }
+
+    fn active<'n>(&self, asked: &Asked<'n>) -> Active<'n> {
+        let Asked { node, plan, lineage } = *asked;
+        Active {
+            node,
+            parent: None,
+            lineage,
+            seed: self.seed,
+            tree: self.conditions,
+            plan,
+            sense: self.sense(node.position),
+            settled: None,
+            room: None,
+        }
+    }
+
+    /// What a node at a place of the growth space sees of the tree.
+    fn sense(&self, position: Vec3) -> Sense {
+        let [near, wide] = self.neighbourhood.around(position);
+        Sense { near, wide, ..self.sense }
+    }
+
+    /// How many internodes a tree of this shape has.
+    pub(crate) fn nodes(&self) -> f32 {
+        self.conditions.traits.nodes
+    }
+
+    /// From the growth space into the cloud's metres.
+    pub(crate) fn in_cloud(&self, position: Vec3) -> Vec3 {
+        position / self.scale
+    }
+
+    /// The joint as a node of the growth space, with what is to grow below it.
+    pub(crate) fn node(&self, of: &Situation) -> (Node, Plan) {
+        let conditions = &self.conditions;
+        let tips = libm::roundf(of.share * conditions.root_tips as f32).max(1.0) as u32;
+        let position = of.position * self.scale;
+        let metres = |distance: f32| distance * self.scale;
+        let reach = libm::roundf(metres(of.reach)).clamp(1.0, 60.0) as u16;
+        let nodes = (of.share * conditions.traits.nodes) as u32;
+        let plan = Plan { reach, nodes }.kept(tips);
+        let orientation = Quat::from_rotation_arc(Vec3::NEG_Z, of.front);
+        let node = Node {
+            parent: None,
+            children: [None; 3],
+            slot: 0,
+            order: of.order,
+            sibling_count: 1,
+            position,
+            thickness: thickness_of(tips, conditions.tip_radius),
+            root_distance: metres(of.root_distance),
+            branch_distance: metres(of.branch_distance),
+            fork_distance: metres(of.fork_distance),
+            rotation: Quat::IDENTITY,
+            orientation,
+            length: 1.0,
+        };
+        (node, plan)
+    }
+}
+
+/// The node turned about its front, once for each draw: which way a bud looks does not show in a
+/// cloud.
+fn rolled(node: &Node) -> impl Iterator<Item = Node> + '_ {
+    (0..DRAWS).map(move |draw| {
+        let roll = core::f32::consts::TAU * draw as f32 / DRAWS as f32;
+        let orientation = (node.orientation * Quat::from_rotation_z(roll)).normalize();
+        Node { orientation, ..node.clone() }
+    })
+}
+
+/// Of the roots, that of the tree whose crown is as wide for its height.
+fn alike(roots: &[Root], shape: Shape) -> Option<&Root> {
+    let width = shape.crown_radius / shape.height;
+    let off = |root: &Root| (root.traits.crown_radius / root.traits.height - width).abs();
+    roots.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
+}
+
+/// Where children are expected.
+#[derive(Clone, Debug)]
+pub(crate) struct Expectation {
+    /// Unit directions of all that were drawn.
+    children: Vec<Vec3>,
+}
+
+impl Expectation {
+    /// The logarithm of how many children a steradian are expected in a direction: existence and
+    /// direction in one, smoothed by a von Mises–Fisher law around each drawn child.
+    pub(crate) fn ln_density(&self, direction: Vec3) -> f32 {
+        let peak = KAPPA / core::f32::consts::TAU;
+        let near = |child: &Vec3| libm::expf(KAPPA * (child.dot(direction) - 1.0));
+        let mean = self.children.iter().map(near).sum::<f32>() * peak / DRAWS as f32;
+        libm::logf(mean + FLOOR)
+    }
+}
