@@ -8,6 +8,8 @@ use deeptree_growth::Profile;
 
 use crate::clouds::CloudFormat;
 use crate::format::Format;
+use crate::look::LookArgs;
+use crate::verbs::render;
 
 /// A request that no run could fulfil: exit code 2.
 #[derive(Debug)]
@@ -62,18 +64,21 @@ pub(crate) enum Verb {
 /// What to write, and where.
 #[derive(clap::Args)]
 pub(crate) struct Out {
-    /// Where to: a file (.glb .obj .ply .tree .csv .parquet .dtree), a folder when there are
+    /// Where to: a file (.glb .gltf .obj .ply .usda .usdz .tree .csv .parquet .dtree), a folder when there are
     /// several trees, or - for standard output.
     #[arg(long, short, value_name = "FILE|DIR|-")]
     pub(crate) output: PathBuf,
     /// The format, where the name of the output does not say it [default: glb].
     #[arg(long, value_name = "FORMAT")]
     pub(crate) format: Option<Format>,
+    /// A quick picture, too, of the first tree: .png.
+    #[arg(long, value_name = "PNG")]
+    pub(crate) preview: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) mesh: MeshArgs,
 }
 
-/// How trees are meshed: for .glb, .obj and .ply.
+/// How trees are meshed: for .glb, .gltf, .obj, .ply, .usda and .usdz.
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Meshes")]
 pub(crate) struct MeshArgs {
@@ -90,10 +95,33 @@ pub(crate) struct MeshArgs {
     /// Fissures in the bark of thick wood, as deep as this in metres [without a number: 0.02].
     #[arg(long, value_name = "M", num_args = 0..=1, require_equals = true, default_missing_value = "0.02", conflicts_with = "tubes", value_parser = finite)]
     pub(crate) bark: Option<f32>,
-    /// More attributes of vertices in .glb: tangents, labels (branch, order, node), wind (pivot,
+    /// All levels of detail, 0 to 3: in one .glb or .gltf by MSFT_lod; with =files, and in other
+    /// formats, in files of their own, tree_lod0.obj and so on.
+    #[arg(long, value_name = "one|files", num_args = 0..=1, require_equals = true, default_missing_value = "one", conflicts_with_all = ["lod", "max_triangles", "animate_growth"], value_enum)]
+    pub(crate) lods: Option<Lods>,
+    /// An animation in .glb and .gltf in which the tree unfolds from a seedling to its full shape, in
+    /// so many seconds [without a number: 10].
+    #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true, default_missing_value = "10", conflicts_with = "instancing", value_parser = seconds)]
+    pub(crate) animate_growth: Option<f32>,
+    /// Leaves in .glb and .gltf as copies of one blade, by EXT_mesh_gpu_instancing: small files, for
+    /// programs that know it. In .usda and .usdz they always are copies.
+    #[arg(long)]
+    pub(crate) instancing: bool,
+    /// More attributes of vertices in .glb and .gltf: tangents, labels (branch, order, node), wind (pivot,
     /// phase, stiffness) or all.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum)]
     pub(crate) attributes: Vec<Attribute>,
+    #[command(flatten)]
+    pub(crate) look: LookArgs,
+}
+
+/// Where levels of detail go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Lods {
+    /// Into one file, where the format can.
+    One,
+    /// Into files of their own.
+    Files,
 }
 
 /// Attributes of vertices in GLB files.
@@ -227,7 +255,7 @@ pub(crate) struct Regrow {
     pub(crate) place: Place,
     #[command(flatten)]
     pub(crate) out: Out,
-    /// Write the pruned tree, too: .glb .obj .ply .tree .csv .parquet.
+    /// Write the pruned tree, too: .glb .gltf .obj .ply .usda .usdz .tree .csv .parquet.
     #[arg(long, value_name = "FILE")]
     pub(crate) pruned: Option<PathBuf>,
     /// Which tree of a table of several.
@@ -517,10 +545,10 @@ pub(crate) struct Render {
     #[arg(long, value_enum, default_value = "sky", conflicts_with = "sheet")]
     pub(crate) background: Surroundings,
     /// Elevation of the sun and its azimuth from the front to the right, in degrees.
-    #[arg(long, value_name = "E,A", default_value = "40,-50", allow_hyphen_values = true, value_parser = numbers::<2>)]
+    #[arg(long, value_name = "E,A", default_value_t = Numbers(render::SUN), allow_hyphen_values = true, value_parser = numbers::<2>)]
     pub(crate) sun: Numbers<2>,
     /// Turbidity of the air, from 2 (very clear) to 10.
-    #[arg(long, default_value_t = 3.0, value_parser = finite)]
+    #[arg(long, default_value_t = render::HAZE, value_parser = finite)]
     pub(crate) haze: f32,
     /// Stops by which the picture is brighter.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
@@ -529,7 +557,7 @@ pub(crate) struct Render {
     #[arg(long, value_enum, default_value = "filmic")]
     pub(crate) tone: Curve,
     /// Angle of view from below to above, in degrees.
-    #[arg(long, value_name = "DEGREES", default_value_t = 32.0, value_parser = finite)]
+    #[arg(long, value_name = "DEGREES", default_value_t = render::ANGLE, value_parser = finite)]
     pub(crate) angle: f32,
     /// Radius of the lens in metres: what is nearer or farther than the tree gets soft.
     #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = finite)]
@@ -541,6 +569,8 @@ pub(crate) struct Render {
     /// Level of detail of the tree, 0 (finest) to 3.
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3))]
     pub(crate) lod: u8,
+    #[command(flatten)]
+    pub(crate) look: LookArgs,
     /// Threads [default: one a core].
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) threads: Option<u16>,
@@ -610,8 +640,8 @@ pub(crate) struct Convert {
 /// Where `convert` writes.
 #[derive(clap::Args)]
 pub(crate) struct OutPath {
-    /// The file to write: .glb .obj .ply .tree .csv .parquet, for a point cloud .xyz .txt .csv .ply
-    /// .las .laz .parquet; - for standard output.
+    /// The file to write: .glb .gltf .obj .ply .usda .usdz .tree .csv .parquet, for a point cloud
+    /// .xyz .txt .csv .ply .las .laz .parquet; - for standard output.
     pub(crate) output: PathBuf,
     /// The format, where the name of the output does not say it.
     #[arg(long, value_name = "FORMAT")]
@@ -641,6 +671,12 @@ fn spans<T: std::str::FromStr + Copy>(text: &str) -> Result<Spans<T>, String> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Numbers<const N: usize>(pub(crate) [f32; N]);
 
+impl<const N: usize> std::fmt::Display for Numbers<N> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0.map(|number| number.to_string()).join(","))
+    }
+}
+
 /// Finite numbers separated by commas.
 fn numbers<const N: usize>(text: &str) -> Result<Numbers<N>, String> {
     let list: Vec<f32> =
@@ -665,6 +701,14 @@ fn finite(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(x) if x.is_finite() => Ok(x),
         _ => Err("it must be a finite number".to_owned()),
+    }
+}
+
+/// How long an animation takes.
+fn seconds(text: &str) -> Result<f32, String> {
+    match finite(text)? {
+        x if (0.1..=3600.0).contains(&x) => Ok(x),
+        x => Err(format!("{x} seconds; give 0.1 to 3600")),
     }
 }
 

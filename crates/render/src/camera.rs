@@ -157,6 +157,12 @@ impl Camera {
         }
     }
 
+    /// The middle of the lens in metres; of a camera without perspective a point of its plane.
+    #[must_use]
+    pub fn position(&self) -> Vec3 {
+        self.position
+    }
+
     /// Right, up and forward, as unit vectors.
     #[must_use]
     pub fn axes(&self) -> [Vec3; 3] {

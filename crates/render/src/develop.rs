@@ -32,7 +32,7 @@ impl Default for Developing {
     fn default() -> Self {
         Self {
             exposure: 0.0,
-            tone: Tone::Filmic,
+            tone: Tone::default(),
             background: Background::Paper(Vec3::ONE),
             shadow: 1.0,
         }

@@ -13,7 +13,7 @@ pub enum Ground {
     None,
     /// Ideally diffuse ground of one albedo, linear.
     Plain(Vec3),
-    /// A mown meadow, seen from some metres away.
+    /// A mown meadow, seen from some metres away; far off, the air hides it.
     Meadow,
 }
 

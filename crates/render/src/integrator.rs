@@ -7,6 +7,7 @@
 
 use glam::Vec3;
 
+use crate::ground::Ground;
 use crate::ray::Ray;
 use crate::sampler::Sampler;
 use crate::scene::{Label, Scene, Surface};
@@ -62,7 +63,10 @@ impl Integrator<'_> {
             None => light.dome(ray.direction) + light.sun(ray.direction).unwrap_or_default(),
             Some(surface) => {
                 let color = self.follow(*ray, surface, sampler);
-                if surface.label == Label::Ground { self.haze(ray, &surface, color) } else { color }
+                match (surface.label, self.scene.ground) {
+                    (Label::Ground, Ground::Meadow) => self.haze(ray, &surface, color),
+                    _ => color,
+                }
             }
         };
         Seen { color, alpha: 1.0, shadow: 0.0 }
@@ -133,7 +137,7 @@ impl Integrator<'_> {
         luminance(drawn.radiance) * cos / (drawn.pdf * std::f32::consts::PI)
     }
 
-    /// The ground's radiance behind the air before it.
+    /// A meadow's radiance behind the air before it.
     fn haze(&self, ray: &Ray, ground: &Surface, color: Vec3) -> Vec3 {
         let distance = (ground.point - ray.origin).length();
         let clear = libm::expf(-distance / VISIBILITY);

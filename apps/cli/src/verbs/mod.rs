@@ -8,7 +8,7 @@ mod grow;
 mod info;
 mod making;
 mod regrow;
-mod render;
+pub(crate) mod render;
 mod scan;
 mod train;
 

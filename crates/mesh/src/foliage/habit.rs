@@ -86,7 +86,7 @@ pub(crate) struct Habit {
     pub(crate) depth: u16,
     /// Shoots a metre of these.
     pub(crate) shoots: f32,
-    /// Length of shoots in metres.
+    /// Length of the twigs of shoots in metres.
     pub(crate) length: f32,
     /// Their angle to the branch in radians.
     pub(crate) angle: f32,
@@ -305,7 +305,7 @@ fn tulip() -> Habit {
         leaf_roughness: 0.45,
         bark: Bark {
             relief: Relief::Interlaced,
-            plate: [0.05, 0.25],
+            plate: [0.042, 0.25],
             depth: 0.014,
             face: srgb(0x8b8377),
             stain: srgb(0x77705f),
@@ -336,7 +336,7 @@ fn walnut() -> Habit {
         leaf_roughness: 0.5,
         bark: Bark {
             relief: Relief::Interlaced,
-            plate: [0.0625, 0.25],
+            plate: [0.0625, 0.1667],
             depth: 0.018,
             face: srgb(0x8f887c),
             stain: srgb(0x75695c),
@@ -367,7 +367,7 @@ fn willow() -> Habit {
         leaf_roughness: 0.5,
         bark: Bark {
             relief: Relief::Interlaced,
-            plate: [0.07, 0.25],
+            plate: [0.05, 0.1667],
             depth: 0.016,
             face: srgb(0x857968),
             stain: srgb(0x6c6253),
@@ -378,6 +378,14 @@ fn willow() -> Habit {
 }
 
 impl Habit {
+    /// Length of shoots with the leaf at their end, in metres.
+    pub(crate) fn whole_length(&self) -> f32 {
+        match self.cards {
+            Cards::Along { length, .. } => self.length + 0.85 * length,
+            Cards::Around(_) => self.length,
+        }
+    }
+
     /// The share of leaves that hang on the tree in a season.
     pub(crate) const fn hanging(&self, season: Season) -> f32 {
         match season {

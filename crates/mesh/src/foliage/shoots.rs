@@ -1,7 +1,7 @@
 //! Where the leafy shoots of a tree stand.
 
 use deeptree_graph::{
-    BranchGraph, Draws, Lineage, Node, NodeId, Purpose, Quat, Seed, Vec3, reaches,
+    BranchGraph, Draws, Lineage, Mat3, Node, NodeId, Purpose, Quat, Seed, Vec3, reaches,
 };
 
 use super::habit::Habit;
@@ -17,6 +17,7 @@ const SPREAD: f32 = 0.25;
 ///
 /// They stand on the internodes near the tips. What is drawn for a shoot is keyed by the lineage of
 /// its node and its number there: neither other branches nor the density or the season moves it.
+/// Coarser levels of detail have some of the shoots, which are larger.
 pub(crate) fn shoots(tree: &BranchGraph, habit: &Habit, look: &Look) -> Vec<Leaf> {
     let seed = Seed(tree.info.seed);
     let reaches = reaches(tree);
@@ -31,7 +32,24 @@ pub(crate) fn shoots(tree: &BranchGraph, habit: &Habit, look: &Look) -> Vec<Leaf
             on_internode(tree, id as NodeId, habit, look, &draws, &mut all);
         }
     }
-    all
+    thinned(all, look)
+}
+
+/// A shoot, and a number in [0, 1) below which the share of shoots must be for it to be left out.
+type Drawn = (Leaf, f32);
+
+/// The shoots of a level of detail and a density, scaled so that they have the area of all times
+/// the density; at the finest level and density 1, all of them as they are.
+fn thinned(mut all: Vec<Drawn>, look: &Look) -> Vec<Leaf> {
+    let squares = |all: &[Drawn]| -> f64 {
+        all.iter().map(|(leaf, _)| f64::from(leaf.scale) * f64::from(leaf.scale)).sum()
+    };
+    let share = look.kept() * look.density;
+    let wanted = squares(&all) * f64::from(look.density);
+    all.retain(|&(_, detail)| detail < share);
+    let left = squares(&all);
+    let factor = if left > 0.0 { libm::sqrt(wanted / left) as f32 } else { 1.0 };
+    all.into_iter().map(|(leaf, _)| Leaf { scale: leaf.scale * factor, ..leaf }).collect()
 }
 
 /// The curve that the wood of an internode follows, as a cubic Hermite curve.
@@ -75,7 +93,7 @@ fn on_internode(
     habit: &Habit,
     look: &Look,
     draws: &Draws,
-    all: &mut Vec<Leaf>,
+    all: &mut Vec<Drawn>,
 ) {
     let node = tree.node(id);
     let (front, up) = (node.front(), node.up());
@@ -111,7 +129,7 @@ fn on_internode(
     }
 }
 
-/// One shoot, unless it is left out at this level of detail or has lost its leaves.
+/// One shoot, unless it has lost its leaves.
 fn shoot(
     node: NodeId,
     foot: Vec3,
@@ -120,15 +138,13 @@ fn shoot(
     habit: &Habit,
     look: &Look,
     draws: &mut Draws,
-) -> Option<Leaf> {
+) -> Option<Drawn> {
     let mut draw = || draws.uniform() as f32;
     let (size, roll) = (draw(), draw() - 0.5);
     let sway = Vec3::new(draw() - 0.5, draw() - 0.5, draw() - 0.5);
     let (detail, fallen, dead) = (draw(), draw(), draw());
-    // Denser crowns have more shoots up to what there is, then larger ones.
-    let kept = (look.kept() * look.density).min(1.0);
     let alive = 1.0 - 0.75 * (1.0 - look.health);
-    if detail >= kept || fallen >= habit.hanging(look.season) || dead >= alive {
+    if fallen >= habit.hanging(look.season) || dead >= alive {
         return None;
     }
     let along = (along + Vec3::Y * habit.light + sway * 0.35).try_normalize()?;
@@ -140,13 +156,7 @@ fn shoot(
     let (sin, cos) = libm::sincosf(roll * 1.2);
     let (up, right) = (up * cos + right * sin, right * cos - up * sin);
     let grown = habit.unfolded(look.season);
-    let share = libm::sqrtf(look.density / kept * look.kept());
-    let lod = 1.0 / libm::sqrtf(look.kept());
-    let scale = habit.length * (1.0 + SPREAD * (2.0 * size - 1.0)) * grown * share * lod;
-    Some(Leaf {
-        position: foot,
-        rotation: Quat::from_mat3(&deeptree_graph::Mat3::from_cols(right, up, -along)).normalize(),
-        scale,
-        node,
-    })
+    let scale = habit.whole_length() * (1.0 + SPREAD * (2.0 * size - 1.0)) * grown;
+    let rotation = Quat::from_mat3(&Mat3::from_cols(right, up, -along)).normalize();
+    Some((Leaf { position: foot, rotation, scale, node }, detail))
 }

@@ -24,7 +24,7 @@ pub(super) fn run(
     }
     let start = Instant::now();
     let height = verb.size.map_or(512, |[_, height]| height);
-    let tree = dressed(tree, verb.lod);
+    let tree = dressed(tree, &verb.look.pictured(verb.lod)?)?;
     let cards = impostor(&tree, count, height, verb.spp, Seed(verb.seed)).map_err(usage)?;
     write_image(&verb.output, &cards.color)?;
     let normals = beside(&verb.output, "normal");

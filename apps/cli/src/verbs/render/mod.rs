@@ -2,6 +2,7 @@
 
 mod impostor;
 mod lettering;
+pub(crate) mod preview;
 mod sheet;
 mod trees;
 
@@ -11,7 +12,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use deeptree_export::write_atomically;
 use deeptree_graph::{BranchGraph, Seed, Vec3};
-use deeptree_mesh::Image;
+use deeptree_mesh::{Image, Look};
 use deeptree_render::files::{Channel, exr_bytes, write_channel_png, write_png};
 use deeptree_render::{
     Background, Camera, Developing, Ground, Light, Mark, Mosaic, Options, Picture, RenderError,
@@ -25,6 +26,11 @@ use crate::{batch, input, report};
 
 /// Pixels between two views.
 const GAP: u32 = 4;
+/// Elevation of the sun and its azimuth from the front to the right, in degrees; turbidity; angle
+/// of view in degrees, where nothing else is asked for.
+pub(crate) const SUN: [f32; 2] = [40.0, -50.0];
+pub(crate) const HAZE: f32 = 3.0;
+pub(crate) const ANGLE: f32 = 32.0;
 
 pub(crate) fn run(args: &Args, verb: &args::Render) -> Result<()> {
     let kind = FileKind::of(&verb.output)?;
@@ -69,6 +75,7 @@ struct Ask {
     views: Vec<View>,
     options: Options,
     light: Light,
+    look: Look,
     angle: f32,
 }
 
@@ -89,6 +96,7 @@ impl Ask {
             views: views.map_err(usage)?,
             options,
             light: light(verb)?,
+            look: verb.look.pictured(verb.lod)?,
             angle: verb.angle.to_radians(),
         })
     }
@@ -124,7 +132,7 @@ fn views(
     kind: FileKind,
 ) -> Result<()> {
     let start = Instant::now();
-    let dressed = dressed(tree, verb.lod);
+    let dressed = dressed(tree, &ask.look)?;
     let scene = Scene::new(&dressed, ask.light.clone(), Ground::Meadow)?;
     let built = start.elapsed();
     let (options, size) = (&ask.options, ask.options.size);

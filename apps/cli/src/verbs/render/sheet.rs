@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use deeptree_graph::{BranchGraph, Seed, Vec3};
-use deeptree_mesh::Dressed;
+use deeptree_mesh::{Dressed, Look};
 use deeptree_render::{
     Background, Camera, Developing, Ground, Light, Options, Picture, Scene, develop, render,
     tile_count,
@@ -75,11 +75,15 @@ pub(super) fn run(args: &Args, verb: &args::Render, which: Sheet, kind: FileKind
     options.validate()?;
     let start = Instant::now();
     let plan = trees::plan(verb, which)?;
+    let look = verb.look.pictured(verb.lod)?;
+    fn dress<'a>(cell: &'a Cell, look: &Look) -> Result<(Dressed, &'a Cell)> {
+        Ok((dressed(&cell.tree, look)?, cell))
+    }
     let cells: Vec<Vec<(Dressed, &Cell)>> = plan
         .cells
         .iter()
-        .map(|row| row.iter().map(|cell| (dressed(&cell.tree, verb.lod), cell)).collect())
-        .collect();
+        .map(|row| row.iter().map(|cell| dress(cell, &look)).collect::<Result<_>>())
+        .collect::<Result<_>>()?;
     let tallest = verb.size.map_or(TALLEST, |[_, height]| height);
     let layout = Layout::new(&cells, tallest, &plan);
     let bar = report::bar(args, layout.tiles(), "render");
