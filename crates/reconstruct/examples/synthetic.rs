@@ -52,9 +52,9 @@ fn main() {
             let triangles: Vec<[Vec3; 3]> = mesh.triangles().collect();
             let (lo, hi) = mesh.bounds().unwrap();
             let from = Vec3::new(hi.x.max(-lo.x) + 5.0, 1.5, 3.0);
-            let mut rays = 100_000;
+            let pts: usize = std::env::var("PTS").map_or(20_000, |p| p.parse().unwrap()); let mut rays = 10_000;
             let mut cloud = scan(&triangles, from, rays);
-            if cloud.len() < 20_000 { rays = (rays as f64 * 20_000.0 / cloud.len() as f64) as u32; cloud = scan(&triangles, from, rays.min(3_000_000)); }
+            if cloud.len() < pts { rays = (rays as f64 * pts as f64 / cloud.len() as f64) as u32; cloud = scan(&triangles, from, rays.min(3_000_000)); }
             let mut options = Options::default();
             if prior { options.prior = Some(&model); options.complete = std::env::var("COMPLETE").is_ok(); if std::env::var("KNOWN").is_ok() { options.species = Some(name.into()); } }
             let start = Instant::now();
@@ -69,7 +69,7 @@ fn main() {
             let top = |t: &deeptree_graph::BranchGraph| t.nodes().iter().map(|n| n.position.y).fold(0.0, f32::max);
             let dbh = |t: &deeptree_graph::BranchGraph| { t.nodes().iter().filter(|n| n.order == 0).min_by(|a, b| (a.position.y - 1.3).abs().total_cmp(&(b.position.y - 1.3).abs())).unwrap().thickness };
             let o = |i: usize| s.recall_of_order[i].unwrap_or(0.0);
-            let row = [s.f_score(), s.precision, s.recall, o(0), o(1), o(2), o(3), o(4), f.f_score(0.01 * height), length(&moved) / length(&tree), f64::from(top(&moved) / top(&tree)), f64::from(dbh(&moved) / dbh(&tree)), wood_made.volume() / wood(&tree, &WoodOptions { foot_flare: 1.0, fluting: 0.0, ..WoodOptions::default() }).volume(), seconds, cloud.len() as f64, 0.0];
+            let row = [s.f_score(), s.precision, s.recall, o(0), o(1), o(2), o(3), o(4), f.f_score(0.01 * height), length(&moved) / length(&tree), f64::from(top(&moved) / top(&tree)), f64::from(dbh(&moved) / dbh(&tree)), wood_made.volume() / wood(&tree, &WoodOptions { foot_flare: 1.0, fluting: 0.0, ..WoodOptions::default() }).volume(), seconds, cloud.len() as f64, s.same_way];
             for (a, b) in own.iter_mut().zip(row) { *a += b / trees as f64; }
             if let Ok(out) = std::env::var("DUMP") && seed == 0 {
                 for (kind, t) in [("made", &moved), ("true", &tree)] {
@@ -83,10 +83,10 @@ fn main() {
             }
         }
         let f: Vec<String> = own.iter().map(|x| format!("{x:.3}")).collect();
-        println!("{name:9} F {} p {} r {} | by order {} {} {} {} {} | surf F {} len {} top {} dbh {} vol {} {} s {} pts", f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], f[10], f[11], f[12], f[13], f[14]);
+        println!("{name:9} F {} p {} r {} | by order {} {} {} {} {} | surf F {} len {} top {} dbh {} vol {} {} s {} pts way {}", f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], f[10], f[11], f[12], f[13], f[14], f[15]);
         for (a, b) in sums.iter_mut().zip(own) { *a += b; }
         count += 1.0;
     }
     let f: Vec<String> = sums.iter().map(|x| format!("{:.3}", x / count)).collect();
-    println!("{:9} F {} p {} r {} | by order {} {} {} {} {} | surf F {} len {} top {} dbh {} vol {} {} s {} pts", "mean", f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], f[10], f[11], f[12], f[13], f[14]);
+    println!("{:9} F {} p {} r {} | by order {} {} {} {} {} | surf F {} len {} top {} dbh {} vol {} {} s {} pts way {}", "mean", f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], f[10], f[11], f[12], f[13], f[14], f[15]);
 }

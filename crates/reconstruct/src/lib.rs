@@ -41,8 +41,6 @@ pub enum Error {
     NotPositive { what: &'static str, value: f32 },
     #[error(transparent)]
     Overflow(#[from] deeptree_infer::Overflow),
-    #[error("the skeleton is no tree: {0}")]
-    Graph(#[from] deeptree_graph::GraphError),
 }
 
 /// How a cloud is read.
@@ -147,6 +145,6 @@ pub fn reconstruct(cloud: &[Vec3], options: &Options<'_>) -> Result<Reconstructi
     for joint in &mut skeleton.joints {
         joint.position -= foot.centre;
     }
-    let (tree, _) = assemble::assemble(&skeleton, info)?;
+    let (tree, _) = assemble::assemble(&skeleton, info);
     Ok(Reconstruction { tree, foot: foot.centre })
 }

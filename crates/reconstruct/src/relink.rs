@@ -58,7 +58,7 @@ pub(crate) fn relink(
     parents.dedup();
     let situations: Vec<Situation> = parents.iter().map(|&i| view.situation(i)).collect();
     let expected = prior.expect(&situations, work)?;
-    let half = 0.5 * prior.internode();
+    let half = std::env::var("HALF").map_or(0.5, |v| v.parse().unwrap()) * prior.internode();
     let value = |link: &Link| {
         let at = parents.partition_point(|&parent| parent < link.parent);
         expected[at].ln_density(link.direction) - link.gap / half
@@ -69,7 +69,7 @@ pub(crate) fn relink(
         let best = links[1..].iter().map(|link| (value(link), link));
         let best = best.reduce(|best, other| if other.0 > best.0 { other } else { best });
         // Two nats: what is there is kept unless another is clearly likelier.
-        if let Some((value, link)) = best.filter(|(value, _)| *value > now + 2.0) {
+        if let Some((value, link)) = best.filter(|(value, _)| *value > now + std::env::var("NATS").map_or(2.0, |v| v.parse().unwrap())) {
             changes.push((now - value, *part, *link));
         }
     }
