@@ -41,11 +41,11 @@ fn main() {
     let trees: u64 = std::env::args().nth(1).map_or(1, |n| n.parse().unwrap());
     let model = Model::from_bytes(include_bytes!("../../../models/situated.safetensors")).unwrap();
     let prior = std::env::var("PRIOR").is_ok();
-    let mut sums = vec![0.0f64; 16];
+    let mut sums = vec![0.0f64; 17];
     let mut count = 0.0;
     for name in ["beech", "corkscrew", "maple", "oak", "pine", "tulip", "walnut", "willow"] {
         let species = Species::named(name).unwrap();
-        let mut own = vec![0.0f64; 16];
+        let mut own = vec![0.0f64; 17];
         for seed in 0..trees {
             let tree = grow(name, species.parameters(Profile::Reference), Seed(900_000 + seed)).unwrap().tree;
             let mesh = tubes(&tree, &WoodOptions::default());
@@ -69,7 +69,7 @@ fn main() {
             let top = |t: &deeptree_graph::BranchGraph| t.nodes().iter().map(|n| n.position.y).fold(0.0, f32::max);
             let dbh = |t: &deeptree_graph::BranchGraph| { t.nodes().iter().filter(|n| n.order == 0).min_by(|a, b| (a.position.y - 1.3).abs().total_cmp(&(b.position.y - 1.3).abs())).unwrap().thickness };
             let o = |i: usize| s.recall_of_order[i].unwrap_or(0.0);
-            let row = [s.f_score(), s.precision, s.recall, o(0), o(1), o(2), o(3), o(4), f.f_score(0.01 * height), length(&moved) / length(&tree), f64::from(top(&moved) / top(&tree)), f64::from(dbh(&moved) / dbh(&tree)), wood_made.volume() / wood(&tree, &WoodOptions { foot_flare: 1.0, fluting: 0.0, ..WoodOptions::default() }).volume(), seconds, cloud.len() as f64, s.same_way];
+            let row = [s.f_score(), s.precision, s.recall, o(0), o(1), o(2), o(3), o(4), f.f_score(0.01 * height), length(&moved) / length(&tree), f64::from(top(&moved) / top(&tree)), f64::from(dbh(&moved) / dbh(&tree)), wood_made.volume() / wood(&tree, &WoodOptions { foot_flare: 1.0, fluting: 0.0, ..WoodOptions::default() }).volume(), seconds, cloud.len() as f64, s.same_way, s.same_order];
             for (a, b) in own.iter_mut().zip(row) { *a += b / trees as f64; }
             if let Ok(out) = std::env::var("DUMP") && seed == 0 {
                 for (kind, t) in [("made", &moved), ("true", &tree)] {
@@ -83,10 +83,10 @@ fn main() {
             }
         }
         let f: Vec<String> = own.iter().map(|x| format!("{x:.3}")).collect();
-        println!("{name:9} F {} p {} r {} | by order {} {} {} {} {} | surf F {} len {} top {} dbh {} vol {} {} s {} pts way {}", f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], f[10], f[11], f[12], f[13], f[14], f[15]);
+        println!("{name:9} F {} p {} r {} | by order {} {} {} {} {} | surf F {} len {} top {} dbh {} vol {} {} s {} pts way {} order {}", f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], f[10], f[11], f[12], f[13], f[14], f[15], f[16]);
         for (a, b) in sums.iter_mut().zip(own) { *a += b; }
         count += 1.0;
     }
     let f: Vec<String> = sums.iter().map(|x| format!("{:.3}", x / count)).collect();
-    println!("{:9} F {} p {} r {} | by order {} {} {} {} {} | surf F {} len {} top {} dbh {} vol {} {} s {} pts way {}", "mean", f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], f[10], f[11], f[12], f[13], f[14], f[15]);
+    println!("{:9} F {} p {} r {} | by order {} {} {} {} {} | surf F {} len {} top {} dbh {} vol {} {} s {} pts way {} order {}", "mean", f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], f[10], f[11], f[12], f[13], f[14], f[15], f[16]);
 }

@@ -19,10 +19,14 @@ struct Open {
 /// The branch graph of a skeleton, its foot where the skeleton's root is, and for each joint its
 /// node.
 ///
-/// The apical child carries the most; where there are more than two others, the edge to the apical
+/// The apical child of each joint is its heir; where there are more than two others, the edge to the apical
 /// child is split near its start by nodes that take them.
-pub(crate) fn assemble(skeleton: &Skeleton, info: TreeInfo) -> (BranchGraph, Vec<NodeId>) {
-    let (children, heirs) = (skeleton.children(), skeleton.heirs());
+pub(crate) fn assemble(
+    skeleton: &Skeleton,
+    heirs: &[u32],
+    info: TreeInfo,
+) -> (BranchGraph, Vec<NodeId>) {
+    let children = skeleton.children();
     let open = |node: NodeId, joint: u32| {
         let heir = heirs[joint as usize];
         let others = children[joint as usize].iter().copied().filter(|&c| c != heir).collect();

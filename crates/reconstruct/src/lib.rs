@@ -145,6 +145,24 @@ pub fn reconstruct(cloud: &[Vec3], options: &Options<'_>) -> Result<Reconstructi
     for joint in &mut skeleton.joints {
         joint.position -= foot.centre;
     }
-    let (tree, _) = assemble::assemble(&skeleton, info);
+    let heirs = match options.prior {
+        Some(_) if std::env::var("NOAP").is_err() => match prior(&skeleton) {
+            Some(prior) => relink::apical(&skeleton, &prior, &mut work)?,
+            None => skeleton.heirs(),
+        },
+        _ if std::env::var("STRAIGHT").is_ok() => {
+            let mut heirs = skeleton.heirs();
+            let ch = skeleton.children(); let b = skeleton.lengths_beyond();
+            let w: f32 = std::env::var("STRAIGHT").unwrap().parse().unwrap();
+            for (i, c) in ch.iter().enumerate() { if i > 0 && c.len() > 1 {
+                let p = skeleton.joints[i]; let f = (p.position - skeleton.joints[p.parent as usize].position).normalize_or_zero();
+                let s = |k: &u32| { let q = skeleton.joints[*k as usize]; f.dot((q.position - p.position).normalize_or_zero()) * w + b[*k as usize].ln() };
+                heirs[i] = *c.iter().max_by(|x, y| s(x).total_cmp(&s(y))).unwrap();
+            } }
+            heirs
+        }
+        _ => skeleton.heirs(),
+    };
+    let (tree, _) = assemble::assemble(&skeleton, &heirs, info);
     Ok(Reconstruction { tree, foot: foot.centre })
 }

@@ -131,6 +131,40 @@ fn reorder(skeleton: &mut Skeleton, parent: &[u32]) {
     }
 }
 
+/// For each joint the child that its branch goes on with: of a fork, the one that the networks find
+/// likeliest to be the apical one by where it goes and how much it carries.
+///
+/// # Errors
+///
+/// When the model's numbers overflow.
+pub(crate) fn apical(
+    skeleton: &Skeleton,
+    prior: &Prior<'_>,
+    work: &mut Workspace,
+) -> Result<Vec<u32>, Overflow> {
+    let view = View::new(skeleton, prior.internode());
+    let children = skeleton.children();
+    let long = |i: &u32| view.reach[*i as usize] > 0.3 * prior.internode();
+    let forks: Vec<u32> = (0..skeleton.joints.len() as u32)
+        .filter(|&i| children[i as usize].iter().filter(|child| long(child)).count() > 1)
+        .collect();
+    let situations: Vec<Situation> = forks.iter().map(|&i| view.situation(i)).collect();
+    let expected = prior.expect(&situations, work)?;
+    let mut heirs = view.heirs.clone();
+    for (&fork, expected) in forks.iter().zip(&expected) {
+        let offers = || children[fork as usize].iter().filter(|child| long(child));
+        let all: f32 = offers().map(|&i| view.beyond[i as usize]).sum();
+        let odds = |&i: &u32| {
+            let ahead = view.position(view.above(i)) - view.position(fork);
+            let direction = ahead.try_normalize().unwrap_or(Vec3::Y);
+            expected.ln_apical_odds(direction, view.beyond[i as usize] / all)
+        };
+        let best = offers().map(|i| (odds(i), *i)).reduce(|a, b| if b.0 > a.0 { b } else { a });
+        heirs[fork as usize] = best.map_or(heirs[fork as usize], |(_, i)| i);
+    }
+    Ok(heirs)
+}
+
 /// A skeleton with what links are judged by.
 pub(crate) struct View<'a> {
     joints: &'a [Joint],

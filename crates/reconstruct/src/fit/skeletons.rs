@@ -19,6 +19,8 @@ pub struct SkeletonFit {
     /// Of the recalled part, the share whose way to the foot is as long as in truth, to within
     /// [`SAME_WAY`]: branches that are there, and hang where they belong.
     pub same_way: f64,
+    /// Of the recalled part, the share whose order is the true one.
+    pub same_order: f64,
 }
 
 /// How much the length of a way may differ and still be the same, as a share of it.
@@ -45,7 +47,7 @@ impl SkeletonFit {
             }
             (all > 0.0).then(|| found / all)
         };
-        let (mut all, mut same) = (0.0, 0.0);
+        let (mut all, mut same, mut order) = (0.0, 0.0, 0.0);
         for (i, &place) in truth.places.iter().enumerate() {
             let near = near_made.nearest(place);
             if let Some((k, _)) = near.filter(|(_, squared)| *squared <= tolerance * tolerance) {
@@ -53,10 +55,13 @@ impl SkeletonFit {
                 all += truth.lengths[i];
                 let is_same = (own - other).abs() <= SAME_WAY * own + tolerance;
                 same += if is_same { truth.lengths[i] } else { 0.0 };
+                let is_same = truth.orders[i] == made.orders[k as usize];
+                order += if is_same { truth.lengths[i] } else { 0.0 };
             }
         }
         Self {
             same_way: if all > 0.0 { same / all } else { 0.0 },
+            same_order: if all > 0.0 { order / all } else { 0.0 },
             precision: share(&made, &near_truth, None).unwrap_or(0.0),
             recall: share(&truth, &near_made, None).unwrap_or(0.0),
             recall_of_order: std::array::from_fn(|order| share(&truth, &near_made, Some(order))),
