@@ -6,6 +6,7 @@ use clap::{Parser, Subcommand};
 use deeptree_dataset::Span;
 use deeptree_growth::Profile;
 
+use crate::clouds::CloudFormat;
 use crate::format::Format;
 
 /// A request that no run could fulfil: exit code 2.
@@ -42,6 +43,8 @@ pub(crate) enum Verb {
     Grow(Grow),
     /// Prune a tree and grow it again from its wounds.
     Regrow(Regrow),
+    /// Scan a tree with a simulated laser scanner.
+    Scan(Scan),
     /// Grow a corpus to train on, in Parquet.
     Dataset(Dataset),
     /// Train networks on a corpus.
@@ -50,7 +53,7 @@ pub(crate) enum Verb {
     Evaluate(Evaluate),
     /// Say what is in a file.
     Info(Info),
-    /// Convert a tree between formats.
+    /// Convert a tree or a point cloud between formats.
     Convert(Convert),
 }
 
@@ -277,6 +280,82 @@ pub(crate) struct Cuts {
 }
 
 #[derive(clap::Args)]
+pub(crate) struct Scan {
+    /// The tree: .tree .csv .parquet .dtree.
+    pub(crate) input: PathBuf,
+    /// The cloud to write, z up: .xyz .txt .csv .ply .las .laz .parquet; - for standard output.
+    #[arg(long, short, value_name = "FILE|-")]
+    pub(crate) output: PathBuf,
+    /// The format, where the output is -.
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) format: Option<CloudFormat>,
+    #[command(flatten)]
+    pub(crate) scanner: Scanner,
+    /// A level ground at height 0 around the tree.
+    #[arg(long)]
+    pub(crate) ground: bool,
+    /// Seed of where the scanner stands and of its noise.
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
+    pub(crate) seed: u64,
+    /// Which tree of a table of several.
+    #[arg(long, value_name = "NUMBER")]
+    pub(crate) tree: Option<u32>,
+    /// Threads [default: one a core]; any number gives the same points.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) threads: Option<u16>,
+    #[command(flatten)]
+    pub(crate) model: ModelChoice,
+}
+
+/// How a scanner moves and looks.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Scanner")]
+pub(crate) struct Scanner {
+    /// paper: 8000 to 35000 random rays' hits from one place on a ground of 10 m × 10 m;
+    /// terrestrial: from a tripod at stations around the tree; mobile: from a vehicle that passes;
+    /// airborne: in parallel tracks from 50 m above the top.
+    #[arg(long, default_value = "paper", value_name = "NAME")]
+    pub(crate) pattern: PatternName,
+    /// Places, passes or tracks [default: 1, 4, 1 or 3].
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) stations: Option<u16>,
+    /// Angle between two beams in degrees [default: 0.1, mobile 0.2, airborne 0.05]; the paper's
+    /// rays are random.
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub(crate) step: Option<f64>,
+    /// Standard deviation of the range in metres [default: 0, 0.003, 0.01 or 0.02].
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub(crate) noise: Option<f64>,
+    /// Full angle of a beam in mrad; what it meets within 0.4 m is averaged, which gives mixed
+    /// pixels [default: 0, 0.35, 0.5 or 0.5].
+    #[arg(long, value_name = "MRAD", allow_negative_numbers = true)]
+    pub(crate) divergence: Option<f64>,
+    /// The most points [default: all; for the paper, drawn from 8000 to 35000].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) points: Option<u32>,
+}
+
+/// The patterns by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum PatternName {
+    Paper,
+    Terrestrial,
+    Mobile,
+    Airborne,
+}
+
+impl From<PatternName> for deeptree_scan::Kind {
+    fn from(name: PatternName) -> Self {
+        match name {
+            PatternName::Paper => Self::Paper,
+            PatternName::Terrestrial => Self::Terrestrial,
+            PatternName::Mobile => Self::Mobile,
+            PatternName::Airborne => Self::Airborne,
+        }
+    }
+}
+
+#[derive(clap::Args)]
 pub(crate) struct Dataset {
     /// The species, separated by commas, or all.
     #[arg(long, default_value = "all")]
@@ -389,7 +468,7 @@ pub(crate) struct Evaluate {
 
 #[derive(clap::Args)]
 pub(crate) struct Info {
-    /// A tree, a table, a scene, a model or a corpus.
+    /// A tree, a table, a point cloud, a scene, a model or a corpus.
     pub(crate) file: PathBuf,
     #[command(flatten)]
     pub(crate) model: ModelChoice,
@@ -397,7 +476,8 @@ pub(crate) struct Info {
 
 #[derive(clap::Args)]
 pub(crate) struct Convert {
-    /// The tree to read: .tree .csv .parquet .dtree.
+    /// The tree to read (.tree .csv .parquet .dtree) or the point cloud (.xyz .txt .csv .ply .las
+    /// .laz .parquet).
     pub(crate) input: PathBuf,
     #[command(flatten)]
     pub(crate) out: OutPath,
@@ -411,11 +491,12 @@ pub(crate) struct Convert {
 /// Where `convert` writes.
 #[derive(clap::Args)]
 pub(crate) struct OutPath {
-    /// The file to write: .glb .obj .ply .tree .csv .parquet; - for standard output.
+    /// The file to write: .glb .obj .ply .tree .csv .parquet, for a point cloud .xyz .txt .csv .ply
+    /// .las .laz .parquet; - for standard output.
     pub(crate) output: PathBuf,
     /// The format, where the name of the output does not say it.
     #[arg(long, value_name = "FORMAT")]
-    pub(crate) format: Option<Format>,
+    pub(crate) format: Option<String>,
     #[command(flatten)]
     pub(crate) mesh: MeshArgs,
 }

@@ -3,6 +3,7 @@
 mod args;
 mod batch;
 mod blend;
+mod clouds;
 mod format;
 mod input;
 mod models;

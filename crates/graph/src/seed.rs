@@ -64,6 +64,14 @@ pub enum Purpose {
     CrossSection = 96,
     /// When a branch swings in the wind.
     WindPhase = 97,
+    /// Where a scanner stands.
+    ScanPlace = 128,
+    /// Where a scanner's random ray goes.
+    ScanRay = 129,
+    /// How far a beam's measured range is off.
+    ScanRange = 130,
+    /// How many points a scan has, and which of too many stay.
+    ScanPoints = 131,
 }
 
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;

@@ -1,14 +1,21 @@
-//! `convert`: a tree from one format to another.
+//! `convert`: a tree or a point cloud from one format to another.
+
+use std::str::FromStr;
 
 use anyhow::{Result, bail};
 
 use crate::args::{self, Args, UsageError};
 use crate::format::Format;
 use crate::output::{self, Target, is_stdout};
-use crate::{input, report};
+use crate::{clouds, input, report};
 
 pub(crate) fn run(args: &Args, verb: &args::Convert) -> Result<()> {
-    let mut target = Target::new(&verb.out.output, verb.out.format, 1, &verb.out.mesh)?;
+    if clouds::holds_points(&verb.input) {
+        return clouds::convert(args, &verb.input, &verb.out.output, verb.out.format.as_deref());
+    }
+    let format =
+        verb.out.format.as_deref().map(Format::from_str).transpose().map_err(UsageError)?;
+    let mut target = Target::new(&verb.out.output, format, 1, &verb.out.mesh)?;
     if target.format == Format::Dtree {
         bail!(output::seed_files_are_generated());
     }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use deeptree_cloud::ReadOptions;
 use deeptree_dataset::Corpus;
 use deeptree_eval::{Row, TreeMetrics};
 use deeptree_graph::{Occupancy, Vec3};
@@ -11,7 +12,7 @@ use deeptree_scene::BoxShape;
 use serde_json::{Value, json};
 
 use crate::args::{self, Args};
-use crate::{input, output, place, report};
+use crate::{clouds, input, output, place, report};
 
 pub(crate) fn run(args: &Args, verb: &args::Info) -> Result<()> {
     let path = &verb.file;
@@ -21,6 +22,10 @@ pub(crate) fn run(args: &Args, verb: &args::Info) -> Result<()> {
         model(path)?
     } else if path.extension().is_some_and(|extension| extension == "toml") {
         scene(path)?
+    } else if clouds::holds_points(path) {
+        let figures = clouds::figures(&clouds::read(args, path, &ReadOptions::default())?);
+        let text = clouds::text(&figures);
+        (figures, text)
     } else {
         trees(verb)?
     };

@@ -8,6 +8,7 @@ mod grow;
 mod info;
 mod making;
 mod regrow;
+mod scan;
 mod train;
 
 use anyhow::Result;
@@ -21,6 +22,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Verb::Generate(verb) => generate::run(args, verb),
         Verb::Grow(verb) => grow::run(args, verb),
         Verb::Regrow(verb) => regrow::run(args, verb),
+        Verb::Scan(verb) => scan::run(args, verb),
         Verb::Dataset(verb) => dataset::run(args, verb),
         Verb::Train(verb) => train::run(args, verb),
         Verb::Evaluate(verb) => evaluate::run(args, verb),
