@@ -52,6 +52,8 @@ fn main() {
             mesh.area(),
             made.tree.root().thickness,
         );
+        print!("  {} added {} figures {:?}\n", made.tree.info.species, made.completed, deeptree_reconstruct::Figures::of(&made.tree)
+        );
         if let Ok(out) = std::env::var("DUMP") {
             let name =
                 std::path::Path::new(&path).file_stem().unwrap().to_string_lossy().to_string();

@@ -56,7 +56,7 @@ fn main() {
             let mut cloud = scan(&triangles, from, rays);
             if cloud.len() < pts { rays = (rays as f64 * pts as f64 / cloud.len() as f64) as u32; cloud = scan(&triangles, from, rays.min(3_000_000)); }
             let mut options = Options::default();
-            if prior { options.prior = Some(&model); options.complete = std::env::var("COMPLETE").is_ok(); if std::env::var("KNOWN").is_ok() { options.species = Some(name.into()); } }
+            if prior {  options.prior = Some(&model); options.complete = std::env::var("COMPLETE").is_ok(); if std::env::var("KNOWN").is_ok() { options.species = Some(name.into()); } }
             let start = Instant::now();
             let made = reconstruct(&cloud, &options).unwrap();
             let seconds = start.elapsed().as_secs_f64();

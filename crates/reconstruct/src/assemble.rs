@@ -16,16 +16,11 @@ struct Open {
     others: Vec<u32>,
 }
 
-/// The branch graph of a skeleton, its foot where the skeleton's root is, and for each joint its
-/// node.
+/// The branch graph of a skeleton, its foot where the skeleton's root is.
 ///
 /// The apical child of each joint is its heir; where there are more than two others, the edge to the apical
 /// child is split near its start by nodes that take them.
-pub(crate) fn assemble(
-    skeleton: &Skeleton,
-    heirs: &[u32],
-    info: TreeInfo,
-) -> (BranchGraph, Vec<NodeId>) {
+pub(crate) fn assemble(skeleton: &Skeleton, heirs: &[u32], info: TreeInfo) -> BranchGraph {
     let children = skeleton.children();
     let open = |node: NodeId, joint: u32| {
         let heir = heirs[joint as usize];
@@ -37,7 +32,6 @@ pub(crate) fn assemble(
     let upright = Quat::from_rotation_x(core::f32::consts::FRAC_PI_2);
     let foot = ChildSignature { rotation: upright, thickness: root.radius, length: 0.0 };
     let mut tree = BranchGraph::new(info, root.position, foot);
-    let mut nodes = vec![0; skeleton.joints.len()];
     // Level by level, so that the graph is in level order.
     let mut level = vec![open(0, 0)];
     while !level.is_empty() {
@@ -59,19 +53,17 @@ pub(crate) fn assemble(
             }
             let ids = tree.grow(node, signatures).map(Option::unwrap_or_default);
             if rest.is_empty() {
-                nodes[heir as usize] = ids[0];
                 next.push(open(ids[0], heir));
             } else {
                 next.push(Open { node: ids[0], heir, others: rest });
             }
             for (slot, &other) in (1..).zip(&others) {
-                nodes[other as usize] = ids[slot];
                 next.push(open(ids[slot], other));
             }
         }
         level = next;
     }
-    (tree, nodes)
+    tree
 }
 
 /// What brings a child of a node to a place: the smallest turn, and the distance.

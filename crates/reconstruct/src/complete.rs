@@ -5,7 +5,7 @@ use deeptree_infer::{Branchlet, Overflow, Workspace};
 
 use crate::kdtree::KdTree;
 use crate::prior::{Asked, Prior};
-use crate::relink::{View, lineage};
+use crate::forks::{View, lineage};
 use crate::skeleton::{Joint, Skeleton};
 use crate::ways::NONE;
 

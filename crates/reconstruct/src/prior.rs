@@ -1,13 +1,13 @@
 //! What the networks expect at a joint: where its children are likely to go.
 //!
-//! A cloud shows where wood is, not which wood carries it. Where the points leave that open, the
-//! networks are asked: the joint is told to them as a node of a tree that they know, children are
-//! drawn for it again and again, and the directions they take are the law that a link is judged by.
-//! Networks that also read the points around a node answer the same question better; they need no
-//! other place than [`Prior::expect`].
+//! A cloud shows where wood is, not what it is. Where the points leave that open, the networks are
+//! asked: the joint is told to them as a node of a tree that they know, children are drawn for it
+//! again and again, and the directions they take and the tips they bear are the law that its true
+//! children are judged by. Networks that also read the points around a node answer the same question
+//! better; [`Prior::draw`] is the one place where nodes are told to them.
 
 use deeptree_graph::signature::{TreeConditions, thickness_of, tip_count};
-use deeptree_graph::{ChildSignature, Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, Vec3};
+use deeptree_graph::{ChildSignature, Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, TreeInfo, Vec3};
 use deeptree_infer::{Active, Branchlet, Overflow, Predictor, Root, Workspace};
 
 /// Branchlets drawn for each joint that is asked.
@@ -106,9 +106,11 @@ impl<'a> Prior<'a> {
         1.0 / self.scale
     }
 
-    /// Name of the species.
-    pub(crate) fn species(&self) -> &str {
-        &self.model.species()[self.conditions.species]
+    /// What the networks take the tree for.
+    pub(crate) fn info(&self) -> TreeInfo {
+        let TreeConditions { species, age, gravitropism, .. } = self.conditions;
+        let species = self.model.species()[species].clone();
+        TreeInfo { species, age: age as u32, gravitropism, seed: self.seed.0 }
     }
 
     /// The directions in which the networks expect children of each joint.
