@@ -13,6 +13,7 @@ pub(crate) const TWIG: Rect = [0.965, 0.0, 1.0, 1.0];
 const ROOM: f32 = 0.95;
 
 /// One card: its drawing, and where its foot lies and how large it is in the texture.
+#[derive(Debug)]
 pub(crate) struct Card {
     pub(crate) drawing: Drawing,
     /// The foot, in units of the texture.

@@ -34,6 +34,7 @@ pub(crate) struct Spray {
 }
 
 /// One blade in its place.
+#[derive(Debug)]
 pub(crate) struct Lamina {
     pub(crate) outline: Vec<[f32; 2]>,
     pub(crate) veins: Vec<Stroke>,
@@ -71,7 +72,7 @@ impl Seat {
 }
 
 /// Everything that a card shows, in the order in which it is painted.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Drawing {
     pub(crate) laminae: Vec<Lamina>,
     /// Petioles, rachises and twigs.

@@ -191,7 +191,8 @@ fn blade(canvas: &mut Canvas, card: &Card, lamina: &Lamina, ink: &Ink, (turned, 
         // What is far from the veins turns first.
         let turn = turning * 2.2 - 1.1 + 0.5 * cloud + 0.35 * (1.0 - 2.0 * veins.near[k]);
         color = core::array::from_fn(|k| color[k] * tint[k]);
-        color = blend(color, turned, step(-0.35, 0.35, turn));
+        let fall = scaled(turned, 1.0 + 0.30 * cloud - 0.10 * veins.near[k]);
+        color = blend(color, fall, step(-0.35, 0.35, turn));
         color = scaled(color, tone * (1.0 + 0.09 * grain));
         color = blend(color, ink.vein, 0.18 * mesh + 0.62 * veins.line[k]);
         let spot = noise.other(3).cloud(own.map(|x| 7.0 * x), WIDE, 4);
