@@ -53,6 +53,15 @@ impl LookArgs {
         look.validate().map_err(|error| UsageError(error.to_string()))?;
         Ok((leaves || self.texture_size.is_some()).then_some(look))
     }
+
+    /// What is asked for of a picture, in which bark has a texture in any case.
+    ///
+    /// # Errors
+    ///
+    /// When a number is out of its range.
+    pub(crate) fn pictured(&self, lod: u8) -> Result<Look, UsageError> {
+        Ok(self.look(lod)?.unwrap_or(Look { leaves: false, lod, ..Look::default() }))
+    }
 }
 
 /// Dresses a tree. The pictures of the last species and look are kept: a batch paints them once.

@@ -3,7 +3,9 @@
 mod args;
 mod batch;
 mod blend;
+
 mod clouds;
+mod dressing;
 mod format;
 mod input;
 mod look;
