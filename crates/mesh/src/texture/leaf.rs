@@ -227,3 +227,54 @@ fn twig(canvas: &mut Canvas, ink: &Ink, noise: Noise) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::atlas::cards;
+    use super::super::frond::Frond;
+    use super::super::outline::{Form, area};
+    use super::*;
+
+    const INK: Ink = Ink {
+        blade: [0.1, 0.25, 0.05],
+        mottle: [0.08, 0.2, 0.04],
+        vein: [0.3, 0.4, 0.15],
+        turned: [[0.5, 0.3, 0.05]; 2],
+        turning: 0.0,
+        dry: 0.0,
+        twig: [0.1; 3],
+        roughness: 0.5,
+    };
+
+    #[test]
+    fn a_leaf_covers_the_area_of_its_outline() {
+        let noise = Noise::new(3, 2);
+        for form in [Form::Maple, Form::Beech, Form::Tulip] {
+            let cards = cards(Frond::Leaf { form, petiole: 0.0 }, noise);
+            let canvas = paint(256, &cards, &INK, noise);
+            let left = (0.95 * 256.0) as usize;
+            let rows = canvas.pixels.chunks(256);
+            let cover: f32 = rows.flat_map(|row| &row[..left]).map(|pixel| pixel.alpha).sum();
+            let outline =
+                |card: &Card| card.length * card.length * area(&card.drawing.laminae[0].outline);
+            let truth: f32 = cards.iter().map(outline).sum();
+            let share = cover / (256.0 * 256.0) / truth;
+            assert!((0.99..1.02).contains(&share), "{form:?}: {share}");
+        }
+    }
+
+    #[test]
+    fn green_leaves_are_green_and_turned_leaves_are_not() {
+        let noise = Noise::new(3, 2);
+        let cards = cards(Frond::Leaf { form: Form::Maple, petiole: 0.2 }, noise);
+        let mean = |turning: f32| -> Rgb {
+            let canvas = paint(256, &cards, &Ink { turning, ..INK }, noise);
+            let blade = canvas.pixels.iter().filter(|pixel| pixel.alpha > 0.9);
+            blade.fold([0.0; 3], |sum, pixel| core::array::from_fn(|k| sum[k] + pixel.color[k]))
+        };
+        let [red, green, blue] = mean(0.0);
+        assert!(green > 1.5 * red && green > 2.0 * blue);
+        let [red, green, _] = mean(1.0);
+        assert!(red > green);
+    }
+}
