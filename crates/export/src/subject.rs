@@ -18,6 +18,10 @@ static WOOD: LazyLock<Material> = LazyLock::new(|| Material {
 });
 
 /// The surfaces of a tree, borrowed: of a bare [`Mesh`] or of a [`Dressed`] tree.
+///
+/// All nodes that vertices and leaves name are among [`Mesh::internodes`], and materials of different
+/// looks have different names, as [`dress`](deeptree_mesh::dress) makes them; writers that need a
+/// node's internode panic otherwise.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject<'a> {
     /// The surface of trunk and branches.
