@@ -139,7 +139,9 @@ fn venation(side: u32, card: &Card, lamina: &Lamina, mask: &Mask) -> Venation {
         let widths = vein.widths.map(|w| (w * card.length).max(0.35 * pixel));
         let wide = (0.045 * lamina.seat.length * card.length).max(2.0 * pixel);
         let reach = (2.0 * wide / widths[0]).max(2.0);
-        let strength = if vein.rank == 0 { 1.0 } else { 0.8 };
+        // What is thinner than a pixel is as much fainter.
+        let thin = (1.4 * vein.widths[0] * card.length / pixel).clamp(0.3, 1.0);
+        let strength = if vein.rank == 0 { 1.0 } else { 0.8 * thin };
         along(side, &points, widths, reach, |at, distance, width| {
             let (column, row) = (at % size, at / size);
             let (left, top) = (mask.corner[0] as usize, mask.corner[1] as usize);
