@@ -41,12 +41,15 @@ impl Tone {
     }
 }
 
-/// The byte of a linear value in \[0, 1\].
-pub(crate) fn srgb_byte(linear: f32) -> u8 {
+/// The encoded value of a linear one, both in \[0, 1\].
+pub(crate) fn srgb_from_linear(linear: f32) -> f32 {
     let x = linear.clamp(0.0, 1.0);
-    let encoded =
-        if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * libm::powf(x, 1.0 / 2.4) - 0.055 };
-    (encoded * 255.0 + 0.5) as u8
+    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * libm::powf(x, 1.0 / 2.4) - 0.055 }
+}
+
+/// The same as a byte.
+pub(crate) fn srgb_byte(linear: f32) -> u8 {
+    (srgb_from_linear(linear) * 255.0 + 0.5) as u8
 }
 
 /// The linear value of an encoded one.
