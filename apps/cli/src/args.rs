@@ -321,6 +321,9 @@ pub(crate) struct Scan {
     pub(crate) format: Option<CloudFormat>,
     #[command(flatten)]
     pub(crate) scanner: Scanner,
+    /// The tree in the leaves of summer.
+    #[arg(long)]
+    pub(crate) leaves: bool,
     /// A level ground at height 0 around the tree.
     #[arg(long)]
     pub(crate) ground: bool,
@@ -415,6 +418,10 @@ pub(crate) struct Dataset {
     /// that of the profile].
     #[arg(long, value_name = "RANGES", allow_hyphen_values = true, value_parser = spans::<f64>)]
     pub(crate) gravitropisms: Option<Spans<f64>>,
+    /// A simulated scan of each tree, too, as `scan` makes it by default: a table of points beside
+    /// each shard, y up as the trees.
+    #[arg(long)]
+    pub(crate) scans: bool,
     /// The corpus' folder; a corpus begun there is continued.
     #[arg(long, short, value_name = "DIR")]
     pub(crate) output: PathBuf,

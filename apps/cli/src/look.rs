@@ -1,6 +1,9 @@
 //! What a tree is asked to look like: leaves, season, textures.
 
-use deeptree_mesh::{Look, Season};
+use std::sync::{Mutex, PoisonError};
+
+use deeptree_graph::BranchGraph;
+use deeptree_mesh::{Dressed, Look, LookError, Mesh, Season, Wardrobe};
 
 use crate::args::UsageError;
 
@@ -59,6 +62,22 @@ impl LookArgs {
     pub(crate) fn pictured(&self, lod: u8) -> Result<Look, UsageError> {
         Ok(self.look(lod)?.unwrap_or(Look { leaves: false, lod, ..Look::default() }))
     }
+}
+
+/// Dresses a tree. The pictures of the last species and look are kept: a batch paints them once.
+///
+/// # Errors
+///
+/// When a number of the look is out of its range.
+pub(crate) fn dressed(tree: &BranchGraph, wood: Mesh, look: &Look) -> Result<Dressed, LookError> {
+    static LAST: Mutex<Option<Wardrobe>> = Mutex::new(None);
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    let species = &tree.info.species;
+    let wardrobe = match last.take().filter(|wardrobe| wardrobe.fits(species, look)) {
+        Some(wardrobe) => wardrobe,
+        None => Wardrobe::new(species, look)?,
+    };
+    Ok(last.insert(wardrobe).dress(tree, wood, look.lod))
 }
 
 fn season(text: &str) -> Result<Season, String> {

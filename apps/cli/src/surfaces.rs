@@ -7,10 +7,11 @@ use anyhow::Result;
 use deeptree_export::gltf::{self, Document, Level};
 use deeptree_export::{Subject, Unfolding, obj, ply, usd, write_atomically};
 use deeptree_graph::BranchGraph;
-use deeptree_mesh::{Dressed, Mesh, WoodOptions, dress, tubes, within, wood};
+use deeptree_mesh::{Dressed, Mesh, WoodOptions, tubes, within, wood};
 
 use crate::args::{Attribute, Lods, MeshArgs, UsageError};
 use crate::format::Format;
+use crate::look::dressed;
 
 /// The levels of detail that there are.
 const LEVELS: [u8; 4] = [0, 1, 2, 3];
@@ -27,7 +28,7 @@ impl Shape {
         let wood = mesh(tree, args, lod)?;
         Ok(match args.look.look(lod)? {
             None => Self::Bare(wood),
-            Some(look) => Self::Dressed(Box::new(dress(tree, wood, &look)?)),
+            Some(look) => Self::Dressed(Box::new(dressed(tree, wood, &look)?)),
         })
     }
 

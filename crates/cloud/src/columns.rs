@@ -1,40 +1,45 @@
 //! What is known of each point besides its place.
 
 /// What a point lies on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Class {
-    /// Not said, or none of the others.
-    #[default]
-    Other,
     /// The ground.
     Ground,
     /// Trunk or branch.
     Wood,
     /// Leaf or needle.
     Leaf,
+    /// Anything else, with its number in files; 0 is "never classified".
+    Other(u8),
+}
+
+impl Default for Class {
+    fn default() -> Self {
+        Self::Other(0)
+    }
 }
 
 impl Class {
     /// The class's number in files: the codes of the LAS specification (1.4 R15, table 17), where
-    /// 0 is "never classified", 2 "ground", and 64 to 255 are free: 64 is wood, 65 a leaf.
+    /// 2 is "ground", and 64 to 255 are free: 64 is wood, 65 a leaf.
     #[must_use]
     pub const fn code(self) -> u8 {
         match self {
-            Self::Other => 0,
             Self::Ground => 2,
             Self::Wood => 64,
             Self::Leaf => 65,
+            Self::Other(code) => code,
         }
     }
 
-    /// The class with this number; every other number is [`Class::Other`].
+    /// The class with this number.
     #[must_use]
     pub const fn from_code(code: u8) -> Self {
         match code {
             2 => Self::Ground,
             64 => Self::Wood,
             65 => Self::Leaf,
-            _ => Self::Other,
+            other => Self::Other(other),
         }
     }
 }

@@ -26,6 +26,13 @@ pub enum ReadCloudError {
     DecimalComma { line: u64 },
     #[error("this is no readable PLY file")]
     Ply(#[from] crate::ply::PlyError),
+    #[error("this is no readable LAS file")]
+    Las(#[from] crate::las::LasError),
+    #[cfg(feature = "parquet")]
+    #[error("this is no Parquet table of points")]
+    Table(#[from] crate::table::TableError),
+    #[error("this build reads no Parquet tables")]
+    NoParquet,
     #[error("more points than 2³² cannot be held; read with a limit")]
     TooMany,
 }

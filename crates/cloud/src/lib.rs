@@ -18,6 +18,8 @@
 //! |---|---|
 //! | text, one point a line: `.xyz .txt .csv .asc .pts` | [`xyz`] |
 //! | Stanford PLY, ascii or binary | [`ply`] |
+//! | LAS 1.0 to 1.4, and LAZ with the feature `laz` | [`las`] |
+//! | Parquet, with the feature `parquet` | `table` |
 
 #![forbid(unsafe_code)]
 
@@ -26,8 +28,11 @@ mod columns;
 mod error;
 mod files;
 mod gather;
+pub mod las;
 mod names;
 pub mod ply;
+#[cfg(feature = "parquet")]
+pub mod table;
 #[cfg(test)]
 mod testing;
 mod thin;

@@ -12,7 +12,7 @@ pub(crate) fn labelled(origin: [f64; 3]) -> Cloud {
     for i in 0..500u16 {
         columns.push(&Attributes {
             intensity: f32::from(i) * 100.0,
-            class: [Class::Wood, Class::Leaf, Class::Ground, Class::Other][usize::from(i % 4)],
+            class: [Class::Wood, Class::Leaf, Class::Ground, Class::Other(7)][usize::from(i % 4)],
             branch: u32::MAX - u32::from(i),
             order: i,
             node: u32::from(i) << 20,

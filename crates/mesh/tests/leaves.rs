@@ -36,9 +36,10 @@ fn azimuths(species: &str) -> Vec<f32> {
     let (front, up) = (node.front(), node.up());
     let right = front.cross(up);
     let dressed = dressed(&tree, &Look::default());
-    let mut feet: Vec<(f32, f32)> = dressed.foliage[0]
-        .leaves
+    let mut feet: Vec<(f32, f32)> = dressed
+        .foliage
         .iter()
+        .flat_map(|foliage| &foliage.leaves)
         .map(|leaf| leaf.position - node.base())
         // Not the shoot at the tip.
         .filter(|p| (*p - front * p.dot(front)).length() > 1e-3)

@@ -18,7 +18,7 @@ const HANG: f32 = 0.16;
 const RADII: [f32; 2] = [0.010, 0.004];
 
 /// The blade of a species with the cards of its texture.
-pub(crate) fn blade(habit: &Habit, cards: &[Card], noise: Noise, coarse: bool) -> Blade {
+pub(crate) fn blade(habit: &Habit, cards: &[&Card], noise: Noise, coarse: bool) -> Blade {
     let mut blade = Blade::default();
     match habit.cards {
         Cards::Along { leaves, length, angle } => {
@@ -43,7 +43,7 @@ pub(crate) fn blade(habit: &Habit, cards: &[Card], noise: Noise, coarse: bool) -
                     + Vec3::NEG_Z * (0.35 * habit.round)
                     + Vec3::new(draw(1) - 0.5, 0.0, draw(2) - 0.5) * 0.7;
                 let size = length * (0.8 + 0.3 * draw(3)) * if last { 0.9 } else { 1.0 };
-                let card = &cards[leaf as usize % cards.len()];
+                let card = cards[leaf as usize % cards.len()];
                 let seat = Seat {
                     foot: stem(at),
                     along,
@@ -58,7 +58,7 @@ pub(crate) fn blade(habit: &Habit, cards: &[Card], noise: Noise, coarse: bool) -
             for k in 0..many {
                 let (sin, cos) =
                     libm::sincosf(k as f32 * core::f32::consts::PI / many as f32 + 0.2);
-                let card = &cards[k as usize % cards.len()];
+                let card = cards[k as usize % cards.len()];
                 let seat = Seat {
                     foot: Vec3::ZERO,
                     along: Vec3::NEG_Z,
