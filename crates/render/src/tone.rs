@@ -24,16 +24,15 @@ pub enum Tone {
 impl Tone {
     /// Display value, linear in \[0, 1\], of a radiance.
     ///
-    /// Filmic: `x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14)` with x = 1.3 · radiance: a grey
-    /// card in the open gets a little brighter than it is, as a photographer exposes for foliage
-    /// and bark.
+    /// Filmic: `x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14)` with x = 1.6 · radiance: it is
+    /// exposed a stop longer than a grey card asks for, as for foliage and bark, which are darker.
     #[must_use]
     pub fn map(self, radiance: Vec3) -> Vec3 {
         let x = radiance.max(Vec3::ZERO).min(Vec3::splat(1e4));
         match self {
             Self::Linear => x.min(Vec3::ONE),
             Self::Filmic => {
-                let x = x * 1.3;
+                let x = x * 1.6;
                 let curve = (x * (x * 2.51 + 0.03)) / (x * (x * 2.43 + 0.59) + 0.14);
                 curve.clamp(Vec3::ZERO, Vec3::ONE)
             }
