@@ -27,6 +27,8 @@ pub(crate) struct Target {
     pub(crate) blend: Vec<Share>,
     /// One file a tree in the folder `path`.
     pub(crate) folder: bool,
+    /// Trees are meshed as a scanner saw them: no flare at the foot, no flutes.
+    pub(crate) as_scanned: bool,
 }
 
 impl Target {
@@ -61,6 +63,7 @@ impl Target {
             model: None,
             blend: Vec::new(),
             folder,
+            as_scanned: false,
         })
     }
 
@@ -131,7 +134,7 @@ impl Target {
 
     fn write_one(&self, made: &Made, out: &mut (impl Write + Send)) -> Result<()> {
         let tree = &made.tree;
-        let mesh = || mesh(tree, &self.mesh);
+        let mesh = || mesh(tree, &self.mesh, self.as_scanned);
         match self.format {
             Format::Glb => {
                 glb::write_with(&mesh()?, &tree.info, attributes(&self.mesh), out)?;
@@ -175,8 +178,11 @@ fn wood_options(args: &MeshArgs) -> Result<WoodOptions> {
 }
 
 /// The wood of a tree as it is asked for.
-fn mesh(tree: &BranchGraph, args: &MeshArgs) -> Result<Mesh> {
-    let options = wood_options(args)?;
+fn mesh(tree: &BranchGraph, args: &MeshArgs, as_scanned: bool) -> Result<Mesh> {
+    let mut options = wood_options(args)?;
+    if as_scanned {
+        (options.foot_flare, options.fluting) = (1.0, 0.0);
+    }
     let make = if args.tubes { tubes } else { wood };
     Ok(match args.max_triangles {
         Some(most) => within(tree, most as usize, &options, make)?,

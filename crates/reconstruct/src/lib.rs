@@ -51,7 +51,7 @@ use deeptree_graph::{BranchGraph, Seed, Vec3};
 use deeptree_infer::{Overflow, Predictor};
 use deeptree_mesh::WoodOptions;
 
-pub use figures::Figures;
+pub use figures::{BREAST_HEIGHT, Figures};
 pub use fit::Fit;
 pub use kdtree::KdTree;
 pub use place::placed;
@@ -131,6 +131,8 @@ pub struct Reconstruction {
     pub not_finite: usize,
     /// Points of the ground, by their voxels.
     pub ground: usize,
+    /// Points, of those worked on, that no branch was made for: alone, or across too wide a gap.
+    pub left_out: usize,
     /// Side of the voxels whose points were merged, in metres.
     pub voxel: f32,
     /// Nodes that the networks grew where the scanner saw nothing.
