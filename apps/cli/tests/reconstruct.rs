@@ -17,7 +17,8 @@ fn survey(desk: &Desk) {
     }
     for i in 0..300 {
         let along = f64::from(i) * 0.005;
-        text += &format!("{:.4} {:.4} {:.4}\n", 448_262.3 + along, 5_411_932.0, 172.0 + 0.5 * along);
+        text +=
+            &format!("{:.4} {:.4} {:.4}\n", 448_262.3 + along, 5_411_932.0, 172.0 + 0.5 * along);
     }
     std::fs::write(desk.path("cloud.xyz"), text).unwrap();
 }
@@ -35,8 +36,7 @@ fn a_scanned_tree_is_reconstructed_and_says_how_well() {
     let by_order: f64 =
         said["length_by_order_m"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).sum();
     assert!((by_order / number("skeleton_length_m") - 1.0).abs() < 1e-6);
-    let truth: Value =
-        serde_json::from_str(&desk.ok(&["info", "pine.tree", "--json"])).unwrap();
+    let truth: Value = serde_json::from_str(&desk.ok(&["info", "pine.tree", "--json"])).unwrap();
     let height = truth["trees"][0]["height_m"].as_f64().or(truth["height_m"].as_f64());
     if let Some(height) = height {
         assert!((number("height_m") / height - 1.0).abs() < 0.1, "{said} {truth}");
@@ -52,7 +52,8 @@ fn a_scanned_tree_is_reconstructed_and_says_how_well() {
 fn tables_keep_the_coordinates_of_a_land_survey() {
     let desk = Desk::new();
     survey(&desk);
-    let words = ["reconstruct", "cloud.xyz", "-o", "tree.csv", "--qsm", "qsm.csv", "--labels", "l.xyz"];
+    let words =
+        ["reconstruct", "cloud.xyz", "-o", "tree.csv", "--qsm", "qsm.csv", "--labels", "l.xyz"];
     let said = desk.ok(&[&words[..], &["--json"]].concat());
     let said: Value = serde_json::from_str(&said).unwrap();
     let offset: Vec<f64> =

@@ -15,8 +15,8 @@ fn model() -> Model {
 }
 
 fn tree(species: &str) -> BranchGraph {
-    let parameters = *Species::named(species).unwrap().parameters(Profile::Reference);
-    grow(species, &parameters, Seed(5)).unwrap().tree
+    let preset = Species::named(species).unwrap();
+    grow(species, preset.parameters(Profile::Reference), Seed(5)).unwrap().tree
 }
 
 /// Points on the surface of a tree.
@@ -68,7 +68,8 @@ fn one_side_of_a_stem_shows_its_radius_and_its_middle() {
     assert!((figures.dbh.unwrap() - 0.4).abs() < 0.03, "{figures:?}");
     assert!(made.foot.distance(Vec3::new(3.0, 0.0, -1.0)) < 0.03, "{}", made.foot);
     let off = |p: Vec3| p.with_y(0.0).length();
-    let stem = made.tree.nodes().iter().filter(|node| node.order == 0 && node.position.y < 5.0);
+    // What carries little is taken for thin, so that the top of a bare stem is not.
+    let stem = made.tree.nodes().iter().filter(|node| node.order == 0 && node.position.y < 3.0);
     assert!(stem.map(|node| off(node.position)).fold(0.0, f32::max) < 0.06);
 }
 
@@ -155,7 +156,8 @@ fn a_given_root_is_where_the_tree_stands_and_one_far_off_is_refused() {
 fn clouds_that_are_hardly_any_give_a_tree_or_a_reason() {
     let nan = Vec3::new(f32::NAN, 1.0, 2.0);
     let line: Vec<Vec3> = (0..50).map(|i| Vec3::new(0.1, 0.2, 0.3) * i as f32).collect();
-    let level: Vec<Vec3> = (0..400).map(|i| Vec3::new((i % 20) as f32, 0.0, (i / 20) as f32)).collect();
+    let level: Vec<Vec3> =
+        (0..400).map(|i| Vec3::new((i % 20) as f32, 0.0, (i / 20) as f32)).collect();
     let upside: Vec<Vec3> = cloud(&tree("pine"), 3_000).iter().map(|p| -*p).collect();
     let pair = vec![Vec3::ZERO, Vec3::Y];
     let twice = vec![Vec3::ONE; 100_000].into_iter().chain(pair.clone()).collect();

@@ -252,7 +252,8 @@ fn text(figures: &Value, place: &Path) -> String {
     let dbh = figures["dbh_m"].as_f64().map_or(String::new(), |d| format!("DBH {d:.3} m, "));
     let offset = &figures["offset_m"];
     let is_moved = (0..3).any(|k| offset[k].as_f64().unwrap_or_default() != 0.0);
-    let relative = if is_moved { format!(", coordinates relative to {offset}") } else { String::new() };
+    let relative =
+        if is_moved { format!(", coordinates relative to {offset}") } else { String::new() };
     format!(
         "{species}{} nodes, {:.2} m high, {dbh}{:.3} m³ of wood, {:.0} m of branches; F {:.3} at 1 % of \
          the height, {:.3} at 5 cm; {:.2} s → {}{relative}",

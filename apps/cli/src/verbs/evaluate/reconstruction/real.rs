@@ -116,8 +116,19 @@ fn table(chapter: &mut Chapter, all: &[Measured]) {
         texts.map(cell).to_vec()
     });
     let header = [
-        "cloud", "points", "way", "F 1 %", "F 5 cm", "recall", "precision", "length m", "height m",
-        "DBH m", "wood m³", "s", "like",
+        "cloud",
+        "points",
+        "way",
+        "F 1 %",
+        "F 5 cm",
+        "recall",
+        "precision",
+        "length m",
+        "height m",
+        "DBH m",
+        "wood m³",
+        "s",
+        "like",
     ];
     chapter.table(
         "Clouds that were given. Recall: share of the points within 1 % of the height, and within \

@@ -1,7 +1,7 @@
 //! Scans of grown trees, as the paper makes them: the true tree is known.
 
 use anyhow::Result;
-use deeptree_eval::report::{Chapter, Tone, Cell};
+use deeptree_eval::report::{Cell, Chapter, Tone};
 use deeptree_graph::Seed;
 use deeptree_growth::Species;
 use deeptree_infer::Model;
@@ -147,8 +147,24 @@ fn table(chapter: &mut Chapter, all: &[OfSpecies], count: u32) {
         add("all", &all.iter().collect::<Vec<_>>());
     }
     let header = [
-        "species", "way", "F", "precision", "recall", "order 0", "1", "2", "3", "4 and more",
-        "same way", "same order", "length", "height", "|height|", "|DBH|", "wood", "|wood|",
+        "species",
+        "way",
+        "F",
+        "precision",
+        "recall",
+        "order 0",
+        "1",
+        "2",
+        "3",
+        "4 and more",
+        "same way",
+        "same order",
+        "length",
+        "height",
+        "|height|",
+        "|DBH|",
+        "wood",
+        "|wood|",
         "recognised",
     ];
     chapter.table(
