@@ -384,7 +384,7 @@ pub(crate) struct Reconstruct {
     #[arg(long)]
     pub(crate) no_prior: bool,
     /// Points this near to a branch need none of their own, in metres; less gives more and finer
-    /// branches [default: 0.3 % of the cloud's longest side].
+    /// branches [default: 0.26 % of the cloud's longest side].
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) cover: Option<f32>,
     /// Seed of what the networks draw.

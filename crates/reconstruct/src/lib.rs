@@ -88,7 +88,7 @@ pub enum ReconstructError {
 pub struct Options<'a> {
     /// Where the tree stands, in the cloud's frame; found when none is given.
     pub root: Option<Vec3>,
-    /// Points this near to a branch need no branch of their own, in metres; 0.3 % of the cloud's
+    /// Points this near to a branch need no branch of their own, in metres; 0.26 % of the cloud's
     /// longest side when none is given. Less gives more and finer branches.
     pub cover: Option<f32>,
     /// Points that are worked on at most; a cloud of more is thinned. Default [`MOST_POINTS`].

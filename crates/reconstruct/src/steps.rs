@@ -17,7 +17,7 @@ use crate::{Options, ReconstructError, Reconstruction};
 use crate::{forks, levels, scaffold, shape};
 
 /// Covered at first, as a share of the cloud's longest side.
-const COVER: f32 = 0.003;
+const COVER: f32 = 0.0026;
 
 /// Length of the levels that tell how much of the cloud is beyond a point; a share as above.
 const LEVEL: f32 = 0.015;
