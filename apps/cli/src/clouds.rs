@@ -1,11 +1,11 @@
 //! Point clouds in files.
 
-use std::io::{BufRead, BufReader, Cursor, Write};
+use std::io::{BufRead, BufReader, Cursor, Seek, Write};
 use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::{Context, Result, bail};
-use deeptree_cloud::{Class, Cloud, Columns, ReadOptions, Reading, ply, xyz};
+use deeptree_cloud::{Class, Cloud, Columns, ReadOptions, Reading, Up, las, ply, table, xyz};
 use deeptree_export::write_atomically;
 use serde_json::{Value, json};
 
@@ -17,17 +17,23 @@ use crate::output::is_stdout;
 pub(crate) enum CloudFormat {
     Xyz,
     Ply,
+    Las,
+    Laz,
+    Parquet,
 }
 
 impl CloudFormat {
     /// The extensions of each.
-    const NAMES: [(&'static str, Self); 6] = [
+    const NAMES: [(&'static str, Self); 9] = [
         ("xyz", Self::Xyz),
         ("txt", Self::Xyz),
         ("asc", Self::Xyz),
         ("pts", Self::Xyz),
         ("csv", Self::Xyz),
         ("ply", Self::Ply),
+        ("las", Self::Las),
+        ("laz", Self::Laz),
+        ("parquet", Self::Parquet),
     ];
 
     /// The format that a path or else `asked` names.
@@ -67,6 +73,7 @@ pub(crate) fn holds_points(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     match extension.as_str() {
         "csv" => !has_parents(path),
+        "parquet" => std::fs::File::open(path).is_ok_and(table::holds_points),
         other => other.parse::<CloudFormat>().is_ok(),
     }
 }
@@ -105,12 +112,17 @@ pub(crate) fn write(path: &Path, format: CloudFormat, cloud: &Cloud) -> Result<(
 fn encode(
     cloud: &Cloud,
     format: CloudFormat,
-    out: &mut (impl Write + std::io::Seek + Send),
-) -> std::io::Result<()> {
+    out: &mut (impl Write + Seek + Send + Sync),
+) -> Result<()> {
     match format {
-        CloudFormat::Xyz => xyz::write(cloud, out),
-        CloudFormat::Ply => ply::write(cloud, out),
+        CloudFormat::Xyz => xyz::write(cloud, out)?,
+        CloudFormat::Ply => ply::write(cloud, out)?,
+        // LAS is z up.
+        CloudFormat::Las => las::write(&cloud.clone().with_up(Up::Z), false, out)?,
+        CloudFormat::Laz => las::write(&cloud.clone().with_up(Up::Z), true, out)?,
+        CloudFormat::Parquet => table::write(cloud, out)?,
     }
+    Ok(())
 }
 
 /// What there is to say of a cloud.

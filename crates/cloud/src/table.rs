@@ -15,7 +15,7 @@
 mod read;
 mod write;
 
-pub use read::{Scans, TableError, read, read_bytes};
+pub use read::{Scans, TableError, holds_points, read, read_bytes};
 pub use write::{ScanWriter, WriteCloudError, write};
 
 /// Key of the coordinate that points upwards, `y` or `z`, in the metadata of the file.

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use crate::plan::{CorpusPlan, PLAN_FILE, PlanError};
 use crate::priors::Priors;
-use crate::shard::{CorpusTree, Shard};
+use crate::shard::{CorpusTree, Shard, ShardError};
 
 /// How far a build has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +72,8 @@ pub enum BuildError {
          the plan draws for it"
     )]
     GrownAtOther { species: String, number: u32, seed: u64 },
+    #[error(transparent)]
+    Shard(#[from] ShardError),
     #[error(transparent)]
     Write(#[from] WriteError),
 }
@@ -149,8 +151,10 @@ fn remove_leftovers(plan: &CorpusPlan, dir: &Path) -> Result<(), BuildError> {
     let is_ours = |name: &str| {
         let mut parts = name.strip_prefix('.')?.strip_suffix(".part")?.rsplitn(2, '.');
         let (number, file) = (parts.next()?, parts.next()?);
-        let known =
-            file == PLAN_FILE || Shard::all(plan).any(|shard| shard.file_name(plan) == file);
+        let is_of = |shard: Shard| {
+            [shard.file_name(plan), shard.scan_name(plan)].contains(&file.to_owned())
+        };
+        let known = file == PLAN_FILE || Shard::all(plan).any(is_of);
         (known && number.bytes().all(|byte| byte.is_ascii_digit())).then_some(())
     };
     for entry in fs::read_dir(dir).map_err(failed(dir))? {

@@ -52,6 +52,10 @@ impl Corpus {
         Ok(Self { dir: dir.to_owned(), plan })
     }
 
+    pub(crate) fn dir(&self) -> &Path {
+        &self.dir
+    }
+
     /// What the corpus holds.
     #[must_use]
     pub fn plan(&self) -> &CorpusPlan {

@@ -88,6 +88,11 @@ impl Shard {
         format!("{}-{:03}.parquet", plan.species[self.species], self.index)
     }
 
+    /// The table of the scans of its trees.
+    pub(crate) fn scan_name(&self, plan: &CorpusPlan) -> String {
+        format!("{}-{:03}.scans.parquet", plan.species[self.species], self.index)
+    }
+
     /// Reads the trees and holds each against the plan.
     pub(crate) fn open(self, plan: &CorpusPlan, dir: &Path) -> Result<ShardReader, ShardError> {
         let path = dir.join(self.file_name(plan));

@@ -8,12 +8,13 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use deeptree_cloud::{Cloud, Up};
 use deeptree_dataset::{
     BuildError, BuildReport, Corpus, CorpusError, CorpusPlan, PLAN_FILE, Priors, ShardError, Span,
-    Split, build,
+    Split, build, build_scans,
 };
 use deeptree_graph::testing::random_tree;
-use deeptree_graph::{BranchGraph, Seed};
+use deeptree_graph::{BranchGraph, Seed, Vec3};
 use deeptree_scene::{Environment, Scene, Volume};
 
 fn plan() -> CorpusPlan {
@@ -322,4 +323,37 @@ fn shards_without_their_scenes_are_grown_anew() {
     for tree in Corpus::open(&plain).unwrap().trees(Split::All) {
         assert!(tree.unwrap().environment.is_open());
     }
+}
+
+#[test]
+fn scans_stand_beside_the_trees_and_are_made_once() {
+    let dir = tempfile::tempdir().unwrap();
+    built(dir.path());
+    let corpus = Corpus::open(dir.path()).unwrap();
+    let hash = corpus.hash().unwrap();
+    // A cloud that tells of which tree it is.
+    let scan = |tree: &BranchGraph, seed: Seed| Cloud {
+        points: vec![Vec3::new(seed.0 as f32, tree.len() as f32, 0.0), Vec3::ONE],
+        up: Up::Y,
+        ..Cloud::default()
+    };
+    assert!(corpus.scans(Split::Training).next().unwrap().is_err());
+    let report = build_scans(&corpus, scan, |_| {}).unwrap();
+    assert_eq!((report.written, report.kept), (6, 0));
+    let before = files(dir.path());
+    for split in [Split::Training, Split::Validation] {
+        let scans: Vec<_> = corpus.scans(split).map(Result::unwrap).collect();
+        let trees: Vec<_> = corpus.trees(split).map(Result::unwrap).collect();
+        assert_eq!(scans.len(), trees.len());
+        for (made, tree) in scans.iter().zip(&trees) {
+            assert_eq!((made.species, made.number), (tree.species, tree.number));
+            assert_eq!(made.cloud, scan(&tree.tree, Seed(tree.tree.info.seed)));
+        }
+    }
+    fs::write(dir.path().join("oak-001.scans.parquet"), b"PAR1").unwrap();
+    let report = build_scans(&corpus, scan, |_| {}).unwrap();
+    assert_eq!((report.written, report.replaced, report.kept), (1, 1, 5));
+    assert_eq!(files(dir.path()), before);
+    assert_eq!(corpus.hash().unwrap(), hash, "scans are no part of what a corpus is");
+    assert_eq!(built(dir.path()).kept, 6);
 }

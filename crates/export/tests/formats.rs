@@ -2,9 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use deeptree_export::{glb, obj, ply};
+use deeptree_export::gltf::{Attributes, Document, Options};
+use deeptree_export::{obj, ply};
 use deeptree_graph::testing::random_tree;
-use deeptree_graph::{BranchGraph, Vec3, branches};
+use deeptree_graph::{BranchGraph, TreeInfo, Vec3, branches};
 use deeptree_mesh::{Mesh, WoodOptions, wood};
 
 fn sample() -> (BranchGraph, Mesh) {
@@ -14,6 +15,12 @@ fn sample() -> (BranchGraph, Mesh) {
     let mesh = wood(&tree, &WoodOptions::default());
     assert!(mesh.triangle_count() > 0);
     (tree, mesh)
+}
+
+fn write_glb(mesh: &Mesh, info: &TreeInfo, options: Options) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    Document::new(mesh.into(), info, options).unwrap().write_glb(&mut bytes).unwrap();
+    bytes
 }
 
 fn u32_at(bytes: &[u8], at: usize) -> u32 {
@@ -50,8 +57,7 @@ fn open_glb(bytes: &[u8]) -> (serde_json::Value, &[u8]) {
 #[test]
 fn glb_holds_the_mesh_and_names_the_tree() {
     let (tree, mesh) = sample();
-    let mut bytes = Vec::new();
-    glb::write(&mesh, &tree.info, &mut bytes).unwrap();
+    let bytes = write_glb(&mesh, &tree.info, Options::default());
     let (json, binary) = open_glb(&bytes);
 
     assert_eq!(json["asset"]["version"], "2.0");
@@ -83,9 +89,8 @@ fn glb_holds_the_mesh_and_names_the_tree() {
 #[test]
 fn glb_attributes_are_those_of_the_nodes() {
     let (tree, mesh) = sample();
-    let mut bytes = Vec::new();
-    let all = glb::Attributes { tangents: true, labels: true, wind: true };
-    glb::write_with(&mesh, &tree.info, all, &mut bytes).unwrap();
+    let attributes = Attributes { tangents: true, labels: true, wind: true };
+    let bytes = write_glb(&mesh, &tree.info, Options { attributes, ..Options::default() });
     let (json, binary) = open_glb(&bytes);
     let offset = |name: &str| {
         let accessor = json["meshes"][0]["primitives"][0]["attributes"][name].as_u64().unwrap();
@@ -114,8 +119,7 @@ fn glb_attributes_are_those_of_the_nodes() {
 #[test]
 fn glb_of_an_empty_mesh_has_no_binary_chunk() {
     let (tree, _) = sample();
-    let mut bytes = Vec::new();
-    glb::write(&Mesh::default(), &tree.info, &mut bytes).unwrap();
+    let bytes = write_glb(&Mesh::default(), &tree.info, Options::default());
     let (json, binary) = open_glb(&bytes);
     assert!(binary.is_empty());
     assert!(json.get("meshes").is_none());

@@ -12,8 +12,10 @@ async function main() {
   for (const file of files) {
     const report = await validator.validateBytes(new Uint8Array(fs.readFileSync(file)), {
       uri: path.basename(file),
-      format: 'glb',
+      format: path.extname(file).slice(1),
       maxIssues: 20,
+      externalResourceFunction: async (uri) =>
+        new Uint8Array(fs.readFileSync(path.join(path.dirname(file), decodeURIComponent(uri)))),
     });
     const { numErrors, numWarnings, messages } = report.issues;
     const { totalVertexCount, totalTriangleCount } = report.info;

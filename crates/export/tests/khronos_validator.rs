@@ -4,10 +4,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod common;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use deeptree_export::glb;
+use deeptree_export::gltf::{Attributes, Document, Level, Options};
+use deeptree_export::{Subject, Unfolding};
+use deeptree_graph::TreeInfo;
 use deeptree_graph::testing::random_tree;
 use deeptree_mesh::{Mesh, WoodOptions, wood};
 
@@ -40,10 +44,48 @@ fn validator() -> Option<PathBuf> {
     }
 }
 
-/// Trees of all sizes: short and long indices, odd index counts, no mesh at all.
-fn write_samples(folder: &Path) -> Vec<(PathBuf, Mesh)> {
-    let samples = [(1, 1), (2, 7), (3, 60), (4, 400), (5, 20_000)];
-    let mut meshes: Vec<_> = samples
+/// A file, and what is to be found in it.
+struct Sample {
+    path: PathBuf,
+    vertices: usize,
+    triangles: usize,
+}
+
+/// Files in a folder.
+struct Samples {
+    folder: tempfile::TempDir,
+    all: Vec<Sample>,
+}
+
+impl Samples {
+    fn path(&self) -> PathBuf {
+        self.folder.path().join(format!("{}.glb", self.all.len()))
+    }
+
+    fn add(&mut self, document: Document<'_>, counts: (usize, usize)) {
+        let path = self.path();
+        let mut bytes = Vec::new();
+        document.write_glb(&mut bytes).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        let (vertices, triangles) = counts;
+        self.all.push(Sample { path, vertices, triangles });
+    }
+}
+
+/// All vertices and triangles of a tree.
+fn counts(subject: Subject<'_>) -> (usize, usize) {
+    let leaves = subject.foliage.iter().map(|kind| {
+        let (vertices, indices) = (kind.blade.positions.len(), kind.blade.indices.len());
+        (kind.leaves.len() * vertices, kind.leaves.len() * indices / 3)
+    });
+    let wood = (subject.wood.vertex_count(), subject.wood.triangle_count());
+    leaves.fold(wood, |sum, one| (sum.0 + one.0, sum.1 + one.1))
+}
+
+/// Bare trees of all sizes: short and long indices, odd index counts, no mesh at all.
+fn bare(samples: &mut Samples) {
+    let sizes = [(1, 1), (2, 7), (3, 60), (4, 400), (5, 20_000)];
+    let mut meshes: Vec<(TreeInfo, Mesh)> = sizes
         .into_iter()
         .map(|(seed, nodes)| {
             let tree = random_tree(seed, nodes);
@@ -53,28 +95,83 @@ fn write_samples(folder: &Path) -> Vec<(PathBuf, Mesh)> {
         .collect();
     assert!(meshes.iter().any(|(_, mesh)| mesh.vertex_count() > 65_535));
     meshes.push((random_tree(6, 1).info, Mesh::default()));
-    let write = |(i, (info, mesh))| {
-        let path = folder.join(format!("{i}.glb"));
-        let mut bytes = Vec::new();
+    for (i, (info, mesh)) in meshes.iter().enumerate() {
         let more = i % 2 == 0;
-        let all = glb::Attributes { tangents: more, labels: more, wind: more };
-        glb::write_with(&mesh, &info, all, &mut bytes).unwrap();
-        std::fs::write(&path, bytes).unwrap();
-        (path, mesh)
-    };
-    meshes.into_iter().enumerate().map(write).collect()
+        let attributes = Attributes { tangents: more, labels: more, wind: more };
+        let options = Options { attributes, ..Options::default() };
+        let document = Document::new(mesh.into(), info, options).unwrap();
+        samples.add(document, counts(mesh.into()));
+    }
+}
+
+fn dressed(samples: &mut Samples) {
+    for (i, nodes) in [1, 50, 3000].into_iter().enumerate() {
+        let (tree, dressed) = common::dressed(i as u64, nodes);
+        let more = i == 1;
+        let attributes = Attributes { tangents: more, labels: more, wind: more };
+        let options = Options { attributes, ..Options::default() };
+        let document = Document::new((&dressed).into(), &tree.info, options).unwrap();
+        samples.add(document, counts((&dressed).into()));
+    }
+}
+
+/// The blade counts once, as the validator does not know the extension.
+fn instanced(samples: &mut Samples) {
+    let (tree, dressed) = common::dressed(7, 60);
+    let attributes = Attributes { labels: true, ..Attributes::default() };
+    let options = Options { attributes, instancing: true };
+    let document = Document::new((&dressed).into(), &tree.info, options).unwrap();
+    let blades = dressed.foliage.iter().map(|kind| kind.blade.positions.len()).sum::<usize>();
+    let wood = counts((&dressed.wood).into());
+    samples.add(document, (wood.0 + blades, wood.1 + blades / 2));
+}
+
+fn levels(samples: &mut Samples) {
+    let (tree, fine) = common::dressed(8, 60);
+    let coarse = wood(&tree, &WoodOptions::lod(3));
+    let subjects = [Subject::from(&fine), Subject::from(&coarse)];
+    let levels = subjects.map(|subject| Level { subject, coverage: 0.1 });
+    let document = Document::with_levels(&levels, &tree.info, Options::default()).unwrap();
+    let [a, b] = subjects.map(counts);
+    samples.add(document, (a.0 + b.0, a.1 + b.1));
+}
+
+fn growing(samples: &mut Samples) {
+    for nodes in [1, 60, 5000] {
+        let (tree, dressed) = common::dressed(8, nodes);
+        let unfolding = Unfolding::new(&tree, 8.0);
+        let subject = Subject::from(&dressed);
+        let document =
+            Document::unfolding(subject, &unfolding, &tree.info, Options::default()).unwrap();
+        samples.add(document, counts(subject));
+    }
+}
+
+/// `.gltf` with files beside it, whose name has a blank.
+fn beside(samples: &mut Samples) {
+    let (tree, dressed) = common::dressed(9, 60);
+    let document = Document::new((&dressed).into(), &tree.info, Options::default()).unwrap();
+    let path = samples.folder.path().join("a tree.gltf");
+    document.save(&path).unwrap();
+    let (vertices, triangles) = counts((&dressed).into());
+    samples.all.push(Sample { path, vertices, triangles });
 }
 
 #[test]
 fn glb_files_pass_the_khronos_validator() {
     let Some(installed) = validator() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let samples = write_samples(folder.path());
+    let mut samples = Samples { folder: tempfile::tempdir().unwrap(), all: Vec::new() };
+    bare(&mut samples);
+    dressed(&mut samples);
+    instanced(&mut samples);
+    levels(&mut samples);
+    growing(&mut samples);
+    beside(&mut samples);
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/khronos_validator.js");
     let output = Command::new("node")
         .arg(script)
         .arg(installed)
-        .args(samples.iter().map(|(path, _)| path))
+        .args(samples.all.iter().map(|sample| &sample.path))
         .stderr(Stdio::inherit())
         .output();
     let Ok(output) = output else {
@@ -87,11 +184,11 @@ fn glb_files_pass_the_khronos_validator() {
         .lines()
         .map(|line| serde_json::from_str(line).unwrap())
         .collect();
-    assert_eq!(rows.len(), samples.len());
-    for (row, (_, mesh)) in rows.iter().zip(&samples) {
+    assert_eq!(rows.len(), samples.all.len());
+    for (row, sample) in rows.iter().zip(&samples.all) {
         assert_eq!(row["numErrors"], 0, "{row:#}");
         assert_eq!(row["numWarnings"], 0, "{row:#}");
-        assert_eq!(row["totalVertexCount"], mesh.vertex_count());
-        assert_eq!(row["totalTriangleCount"], mesh.triangle_count());
+        assert_eq!(row["totalVertexCount"], sample.vertices, "{row:#}");
+        assert_eq!(row["totalTriangleCount"], sample.triangles, "{row:#}");
     }
 }

@@ -38,7 +38,7 @@ mod traits;
 
 pub use blend::Share;
 pub use crowding::{Balance, Crowd, Neighbourhood, Sense, senses, senses_in};
-pub use glam::{Quat, Vec2, Vec3};
+pub use glam::{Mat3, Quat, Vec2, Vec3};
 pub use graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, TreeInfo};
 pub use occupancy::{Occupancy, Voxel};
 pub use paths::{Path, branches, chains};

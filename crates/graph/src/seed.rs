@@ -64,6 +64,8 @@ pub enum Purpose {
     CrossSection = 96,
     /// When a branch swings in the wind.
     WindPhase = 97,
+    /// Where and how the leafy shoots of an internode stand.
+    Shoots = 112,
     /// Where a scanner stands.
     ScanPlace = 128,
     /// Where a scanner's random ray goes.

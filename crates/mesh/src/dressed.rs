@@ -19,7 +19,7 @@ pub struct Dressed {
 /// All leaves of one shape and material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Foliage {
-    /// The one leaf that all are copies of.
+    /// The one leaf, or the one shoot with its leaves, that all are copies of.
     pub blade: Blade,
     /// Where the copies are.
     pub leaves: Vec<Leaf>,

@@ -20,19 +20,25 @@
 
 #![forbid(unsafe_code)]
 
+mod area;
 mod budget;
 mod circle;
 mod dressed;
+mod foliage;
 mod internode;
+mod look;
 mod material;
 mod mesh;
 mod options;
+mod texture;
 mod tubes;
 mod wood;
 
 pub use budget::{BudgetError, within};
 pub use dressed::{Blade, Dressed, Foliage, Leaf};
+pub use foliage::{Phyllotaxis, Wardrobe, dress};
 pub use internode::Internode;
+pub use look::{Look, LookError, MAX_LEAF_DENSITY, Season, TEXTURE_SIZES};
 pub use material::{Image, Material};
 pub use mesh::{Mesh, Tube};
 pub use options::{MAX_SIDES, WoodOptions, WoodOptionsError};

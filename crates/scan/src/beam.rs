@@ -60,21 +60,19 @@ pub(crate) fn echo(target: &Target, beam: &Beam, pattern: &Pattern, seed: Seed) 
     if !passes(target.bounds(), beam, radius) {
         return None;
     }
-    let mut returns = [None; RAYS];
-    returns[0] = cast(target, beam.from, beam.along);
-    let rays = if pattern.divergence > 0.0 { RAYS } else { 1 };
-    if rays > 1 {
-        let side = beam.along.any_orthonormal_vector();
-        let other = beam.along.cross(side);
-        for ([x, y], back) in CORNERS.into_iter().zip(&mut returns[1..]) {
-            let off = side * x + other * y;
-            *back = cast(target, beam.from, (beam.along + off * radius).normalize());
-        }
-    }
+    let returns = if radius > 0.0 {
+        cast(target, beam.from, &cone(beam.along, radius), radius)
+    } else {
+        let [single] = cast(target, beam.from, &[beam.along], 0.0);
+        let mut returns = [None; RAYS];
+        returns[0] = single;
+        returns
+    };
+    let rays = if radius > 0.0 { RAYS } else { 1 };
     let (range, nearest) = mean_range(returns.iter().flatten())?;
     let place = (beam.from + nearest.along * nearest.hit.distance).as_vec3();
     let label = target.label(&nearest.hit, place);
-    let strength: f64 = returns.iter().flatten().map(|back| back.strength).sum();
+    let strength: f64 = together(returns.iter().flatten()).map(|back| back.strength).sum();
     let noise = if pattern.noise > 0.0 { pattern.noise * draws(beam, seed).normal() } else { 0.0 };
     Some(Echo {
         place: (beam.from + beam.along * (range + noise)).as_vec3(),
@@ -111,26 +109,52 @@ fn passes((low, high): (Vec3, Vec3), beam: &Beam, slope: f64) -> bool {
     near <= far
 }
 
-fn cast(target: &Target, from: DVec3, along: DVec3) -> Option<Return> {
-    let hit = target.first_hit(from, along)?;
-    let strength = reflectance(target.class(&hit)) * target.cosine(&hit, along);
-    Some(Return { hit, along, strength })
+/// The rays of a beam that widens.
+fn cone(along: DVec3, radius: f64) -> [DVec3; RAYS] {
+    let side = along.any_orthonormal_vector();
+    let other = along.cross(side);
+    let mut rays = [along; RAYS];
+    for ([x, y], ray) in CORNERS.into_iter().zip(&mut rays[1..]) {
+        *ray = (along + (side * x + other * y) * radius).normalize();
+    }
+    rays
+}
+
+fn cast<const N: usize>(
+    target: &Target,
+    from: DVec3,
+    rays: &[DVec3; N],
+    slope: f64,
+) -> [Option<Return>; N] {
+    let hits = target.first_hits(from, rays, slope, Pattern::RESOLUTION);
+    std::array::from_fn(|k| {
+        hits[k].map(|hit| {
+            let strength = reflectance(target.class(&hit)) * target.cosine(&hit, rays[k]);
+            Return { hit, along: rays[k], strength }
+        })
+    })
+}
+
+/// The rays of the first echo: what the nearest and those not far behind it have met.
+fn together<'a>(
+    returns: impl Iterator<Item = &'a Return> + Clone,
+) -> impl Iterator<Item = &'a Return> + Clone {
+    let first = returns.clone().map(|back| back.hit.distance).fold(f64::INFINITY, f64::min);
+    returns.filter(move |back| back.hit.distance <= first + Pattern::RESOLUTION)
 }
 
 /// The mean range of the first echo, weighted by strength, and the ray nearest to it.
 fn mean_range<'a>(returns: impl Iterator<Item = &'a Return> + Clone) -> Option<(f64, Return)> {
-    let range = |back: &Return| back.hit.distance;
-    let first = returns.clone().map(range).reduce(f64::min)?;
-    let together = returns.filter(|back| range(back) <= first + Pattern::RESOLUTION);
     // What is seen edge-on still counts for something, so that the mean is defined.
     let weight = |back: &Return| back.strength.max(1e-6);
+    let together = together(returns);
     let (mut sum, mut weights) = (0.0, 0.0);
     for back in together.clone() {
-        sum += weight(back) * range(back);
+        sum += weight(back) * back.hit.distance;
         weights += weight(back);
     }
     let mean = sum / weights;
-    let off = |back: &Return| (range(back) - mean).abs();
+    let off = |back: &Return| (back.hit.distance - mean).abs();
     let nearest = together.copied().reduce(|a, b| if off(&b) < off(&a) { b } else { a })?;
     Some((mean, nearest))
 }

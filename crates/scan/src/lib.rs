@@ -24,7 +24,9 @@
 #![forbid(unsafe_code)]
 
 mod beam;
+mod cutout;
 mod fans;
+mod hierarchy;
 mod pattern;
 mod random_rays;
 mod scanning;

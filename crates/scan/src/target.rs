@@ -4,11 +4,9 @@ use deeptree_cloud::Class;
 use deeptree_graph::{BranchGraph, NodeId, Vec3};
 use deeptree_mesh::{Foliage, Internode, Mesh};
 use glam::DVec3;
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
-use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
-use obvhs::ray::{Ray, RayHit};
 
+use crate::cutout::Cutout;
+use crate::hierarchy::Hierarchy;
 use crate::triangle::Triangle;
 
 /// A tree to be scanned, in metres, y up.
@@ -24,7 +22,10 @@ pub struct Target {
     /// Base and tip of each internode.
     axes: Vec<[Vec3; 2]>,
     internodes: Vec<Internode>,
-    bvh: Bvh2,
+    /// Of each triangle of a leaf: texture coordinates, and which of `cutouts` they are of.
+    outlines: Vec<([[f32; 2]; 3], u32)>,
+    cutouts: Vec<Cutout>,
+    hierarchy: Hierarchy,
     tree: (Vec3, Vec3),
     all: (Vec3, Vec3),
 }
@@ -49,12 +50,6 @@ pub(crate) struct Label {
     pub(crate) branch: u32,
     pub(crate) order: u16,
 }
-
-/// Bounds grow by this share of their farthest coordinate and by [`MARGIN`]: more than the rounding
-/// in the test of a ray from 1 km away against them, so that only the triangles themselves decide.
-const MARGIN_SHARE: f32 = 1e-5;
-/// In metres.
-const MARGIN: f32 = 2e-4;
 
 impl std::fmt::Debug for Target {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -90,8 +85,11 @@ impl Target {
         let mut nodes: Vec<[NodeId; 3]> =
             corners.iter().map(|t| t.map(|i| wood.nodes[i as usize])).collect();
         let first_leaf = triangles.len();
+        let (mut outlines, mut cutouts) = (Vec::new(), Vec::new());
         for kind in foliage {
             push_leaves(kind, &mut triangles, &mut nodes);
+            push_outlines(kind, cutouts.len() as u32, &mut outlines);
+            cutouts.push(Cutout::of(&kind.material));
         }
         let first_ground = triangles.len();
         let bounds = bounds(&triangles);
@@ -103,7 +101,9 @@ impl Target {
         let known = nodes[..first_ground].iter().flatten().all(|&n| (n as usize) < axes.len());
         assert!(known, "the surface is that of another tree");
         Self {
-            bvh: build(&triangles),
+            hierarchy: Hierarchy::new(triangles.iter().map(Triangle::bounds)),
+            outlines,
+            cutouts,
             first_leaf,
             first_ground,
             axes,
@@ -132,27 +132,46 @@ impl Target {
         self.all
     }
 
-    /// What the ray from `from` along the unit vector `along` meets first; of several at the same
-    /// distance, the first triangle.
-    pub(crate) fn first_hit(&self, from: DVec3, along: DVec3) -> Option<Hit> {
-        let mut first: Option<Hit> = None;
-        let ray = Ray::new(from.as_vec3a(), along.as_vec3a(), 0.0, f32::MAX);
-        self.bvh.ray_traverse(ray, &mut RayHit::none(), |_, at| {
-            let triangle = self.bvh.primitive_indices[at] as usize;
-            let Some(meeting) = self.triangles[triangle].meeting(from, along) else {
-                return f32::INFINITY;
-            };
-            let nearer = first.is_none_or(|first| {
-                (meeting.distance, triangle) < (first.distance, first.triangle)
-            });
-            if nearer {
-                let (distance, shares) = (meeting.distance, meeting.shares);
-                first = Some(Hit { distance, triangle, shares });
+    /// What each of the rays from `from` along these unit vectors meets first; of several things at
+    /// the same distance, the first triangle. The rays are those of one cone, the first in its
+    /// middle, no other farther from it than `slope` a metre; what none meets within `depth` behind the
+    /// nearest may be missing.
+    pub(crate) fn first_hits<const N: usize>(
+        &self,
+        from: DVec3,
+        along: &[DVec3; N],
+        slope: f64,
+        depth: f64,
+    ) -> [Option<Hit>; N] {
+        let mut first = [None; N];
+        let mut nearest = f64::INFINITY;
+        self.hierarchy.walk(from, along[0], slope, |triangle| {
+            for (first, along) in first.iter_mut().zip(along) {
+                self.meet(triangle, from, *along, first);
+                nearest = first.map_or(nearest, |hit: Hit| nearest.min(hit.distance));
             }
-            // A little farther, so that rounding does not hide what is as near.
-            meeting.distance as f32 * 1.00001 + MARGIN
+            nearest + depth
         });
         first
+    }
+
+    /// Replaces what a ray has met first by what it meets in a triangle, where that is nearer.
+    fn meet(&self, triangle: usize, from: DVec3, along: DVec3, first: &mut Option<Hit>) {
+        let Some(meeting) = self.triangles[triangle].meeting(from, along) else { return };
+        let nearer = first
+            .is_none_or(|first| (meeting.distance, triangle) < (first.distance, first.triangle));
+        if nearer && self.is_there(triangle, meeting.shares) {
+            let (distance, shares) = (meeting.distance, meeting.shares);
+            *first = Some(Hit { distance, triangle, shares });
+        }
+    }
+
+    /// Is the surface there at this place of a triangle? A picture of a leaf has holes around it.
+    fn is_there(&self, triangle: usize, shares: [f64; 2]) -> bool {
+        let leaf = triangle.wrapping_sub(self.first_leaf);
+        self.outlines.get(leaf).is_none_or(|&(corners, number)| {
+            self.cutouts.get(number as usize).is_none_or(|cutout| cutout.is_there(corners, shares))
+        })
     }
 
     /// The cosine between a ray and the normal of what it hits.
@@ -218,6 +237,15 @@ fn push_leaves(kind: &Foliage, triangles: &mut Vec<Triangle>, nodes: &mut Vec<[N
     }
 }
 
+/// The texture coordinates of all copies of a leaf.
+fn push_outlines(kind: &Foliage, cutout: u32, outlines: &mut Vec<([[f32; 2]; 3], u32)>) {
+    let uv = |i: u32| kind.blade.uvs.get(i as usize).copied().unwrap_or_default();
+    for _ in &kind.leaves {
+        let corners = kind.blade.indices.as_chunks::<3>().0;
+        outlines.extend(corners.iter().map(|t| (t.map(uv), cutout)));
+    }
+}
+
 fn ground_below((low, high): (Vec3, Vec3), beyond: f32) -> [Triangle; 2] {
     let (low, high) = (low - Vec3::splat(beyond), high + Vec3::splat(beyond));
     let corner = |x: f32, z: f32| Vec3::new(x, 0.0, z);
@@ -230,18 +258,4 @@ fn ground_below((low, high): (Vec3, Vec3), beyond: f32) -> [Triangle; 2] {
 fn bounds(triangles: &[Triangle]) -> (Vec3, Vec3) {
     let all = triangles.iter().map(Triangle::bounds);
     all.reduce(|(a, b), (low, high)| (a.min(low), b.max(high))).unwrap_or_default()
-}
-
-fn build(triangles: &[Triangle]) -> Bvh2 {
-    let boxes: Vec<Aabb> = triangles
-        .iter()
-        .map(|triangle| {
-            let (low, high) = triangle.bounds();
-            let farthest = low.abs().max(high.abs()).max_element();
-            let margin = Vec3::splat(MARGIN_SHARE * farthest + MARGIN);
-            Aabb::new((low - margin).into(), (high + margin).into())
-        })
-        .collect();
-    let numbers = (0..boxes.len() as u32).collect();
-    PlocBuilder::new().build(PlocSearchDistance::Low, &boxes, numbers, SortPrecision::U64, 0)
 }

@@ -1,9 +1,11 @@
 //! `dataset`: a corpus to train on.
 
 use anyhow::Result;
-use deeptree_dataset::{CorpusPlan, build};
-use deeptree_graph::Seed;
+use deeptree_dataset::{BuildReport, Corpus, CorpusPlan, build, build_scans};
+use deeptree_graph::{BranchGraph, Seed};
 use deeptree_growth::{GrowError, grow_around, parameters};
+use deeptree_mesh::{WoodOptions, wood};
+use deeptree_scan::{Pattern, Target, scan};
 use serde_json::json;
 
 use super::presets;
@@ -82,7 +84,8 @@ pub(crate) fn run(args: &Args, verb: &args::Dataset) -> Result<()> {
         },
     )?;
     bar.finish_and_clear();
-    let text = format!(
+    let scanned = if verb.scans { Some(scans(args, verb)?) } else { None };
+    let mut text = format!(
         "{} trees of {} species in {}: {} shards written, {} there already",
         u64::from(plan.trees) * species.len() as u64,
         species.len(),
@@ -90,6 +93,10 @@ pub(crate) fn run(args: &Args, verb: &args::Dataset) -> Result<()> {
         built.written,
         built.kept
     );
+    if let Some(scanned) = &scanned {
+        let (written, kept) = (scanned.written, scanned.kept);
+        text.push_str(&format!("; tables of scans: {written} written, {kept} there already"));
+    }
     let figures = json!({
         "species": plan.species,
         "trees": plan.trees,
@@ -98,7 +105,26 @@ pub(crate) fn run(args: &Args, verb: &args::Dataset) -> Result<()> {
         "forms": plan.forms,
         "shards_written": built.written,
         "shards_kept": built.kept,
+        "scan_tables_written": scanned.map(|scanned| scanned.written),
+        "scan_tables_kept": scanned.map(|scanned| scanned.kept),
     });
     report::say(args, &figures, &text, false);
     Ok(())
+}
+
+/// A scan of each tree after the paper, keyed by the tree's seed.
+fn scans(args: &Args, verb: &args::Dataset) -> Result<BuildReport> {
+    let corpus = Corpus::open(&verb.output)?;
+    let plan = corpus.plan();
+    let bar = report::bar(args, u64::from(plan.trees) * plan.species.len() as u64, "scans");
+    let scan_one = |tree: &BranchGraph, seed: Seed| {
+        let target = Target::new(tree, &wood(tree, &WoodOptions::default()), &[]);
+        scan(&target, &Pattern::paper(), seed)
+    };
+    let built = build_scans(&corpus, scan_one, |progress| {
+        bar.set_position(progress.trees_done);
+        bar.set_message(progress.species.to_owned());
+    })?;
+    bar.finish_and_clear();
+    Ok(built)
 }

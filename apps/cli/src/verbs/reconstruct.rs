@@ -33,7 +33,7 @@ const NEAR: f64 = 4096.0;
 
 pub(crate) fn run(args: &Args, verb: &args::Reconstruct) -> Result<()> {
     let mut target = Target::new(&verb.out.output, verb.out.format, 1, &verb.out.mesh)?;
-    target.as_scanned = true;
+    target.mesh.as_scanned = true;
     if target.format == Format::Dtree {
         bail!(output::seed_files_are_generated());
     }

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use deeptree_cloud::Up;
 use deeptree_graph::Seed;
-use deeptree_mesh::{WoodOptions, wood};
+use deeptree_mesh::{Dressed, Look, TEXTURE_SIZES, WoodOptions, dress, wood};
 use deeptree_scan::{Pattern, Target, scan};
 use serde_json::json;
 
@@ -22,10 +22,14 @@ pub(crate) fn run(args: &Args, verb: &args::Scan) -> Result<()> {
     let mut scanned = None;
     input::read_chosen(&verb.input, &verb.model, verb.tree, false, |_, made| {
         let surface = wood(&made.tree, &WoodOptions::default());
+        // Of the pictures only the outlines of leaves count.
+        let look =
+            Look { leaves: verb.leaves, texture_size: *TEXTURE_SIZES.start(), ..Look::default() };
+        let Dressed { wood, foliage, .. } = dress(&made.tree, surface, &look)?;
         let target = if verb.ground {
-            Target::on_ground(&made.tree, &surface, &[], GROUND)
+            Target::on_ground(&made.tree, &wood, &foliage, GROUND)
         } else {
-            Target::new(&made.tree, &surface, &[])
+            Target::new(&made.tree, &wood, &foliage)
         };
         scanned = Some(scan(&target, &pattern, Seed(verb.seed)).with_up(Up::Z));
         Ok(())

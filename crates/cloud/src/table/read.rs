@@ -56,6 +56,12 @@ pub fn read_bytes(bytes: Vec<u8>, options: &ReadOptions) -> Result<Reading, Read
     all(Rows::open(|| Ok(Box::new(SerializedFileReader::new(bytes)?)))?, options)
 }
 
+/// Does a file hold a table of points?
+#[must_use]
+pub fn holds_points(file: File) -> bool {
+    Rows::open(|| Ok(Box::new(SerializedFileReader::new(file)?))).is_ok()
+}
+
 fn all(mut rows: Rows, options: &ReadOptions) -> Result<Reading, ReadCloudError> {
     let mut gather = rows.gather(options);
     while let Some(row) = rows.next()? {

@@ -67,7 +67,7 @@ impl Limbs {
 }
 
 /// The child that carries on the tube of its parent.
-fn goes_on(tree: &BranchGraph, node: &Node) -> Option<NodeId> {
+pub(crate) fn goes_on(tree: &BranchGraph, node: &Node) -> Option<NodeId> {
     let thickness = |id: NodeId| tree.node(id).thickness;
     let [apical, laterals @ ..] = node.children;
     // The first of two that are equally thick.

@@ -9,7 +9,7 @@ mod axis;
 mod bark;
 mod collar;
 mod joint;
-mod limbs;
+pub(crate) mod limbs;
 mod ring;
 mod section;
 mod spread;

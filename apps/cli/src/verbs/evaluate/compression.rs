@@ -3,8 +3,9 @@
 use anyhow::Result;
 use deeptree_eval::published::{COMPRESSION, PublishedSize, SEED_AND_NETWORKS, SIZE_RATIOS};
 use deeptree_eval::report::{Cell, Chapter, Tone};
+use deeptree_export::gltf::{Document, Options};
+use deeptree_export::obj;
 use deeptree_export::tables::{TableMeta, TableWriter};
-use deeptree_export::{glb, obj};
 use deeptree_graph::BranchGraph;
 use deeptree_graph::codec::csv::CsvWriter;
 use deeptree_graph::codec::{dtree, tree_format};
@@ -107,7 +108,7 @@ fn weigh(tree: &BranchGraph, model: &Model) -> Result<[usize; COLUMNS]> {
     let mut parquet = TableWriter::new(Vec::new(), &meta)?;
     parquet.write(0, tree)?;
     let (mut binary, mut object) = (Vec::new(), Vec::new());
-    glb::write(&mesh, &tree.info, &mut binary)?;
+    Document::new((&mesh).into(), &tree.info, Options::default())?.write_glb(&mut binary)?;
     obj::write(&mesh, &tree.info, &mut object)?;
     Ok([
         text.len(),

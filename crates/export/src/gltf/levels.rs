@@ -1,0 +1,62 @@
+//! Levels of detail in one file, by `MSFT_lod`.
+//!
+//! # Source
+//!
+//! The extension's specification, Microsoft, 2018.
+
+use deeptree_graph::TreeInfo;
+use gltf_json as gltf;
+use serde_json::value::RawValue;
+
+use super::document::{Document, Options, note};
+use super::{GltfError, json};
+use crate::subject::Subject;
+
+const EXTENSION: &str = "MSFT_lod";
+
+/// The share of the screen's height above which each of the four levels of detail of wood is shown:
+/// so that the sides of a tree of 15 m lie beside the round wood by no more than a pixel or two of
+/// 1080 rows.
+pub const COVERAGE: [f32; 4] = [0.6, 0.25, 0.08, 0.002];
+
+/// A level of detail of a tree.
+#[derive(Clone, Copy, Debug)]
+pub struct Level<'a> {
+    /// Its surfaces.
+    pub subject: Subject<'a>,
+    /// The share of the screen's height or width, 0 to 1, above which it is shown.
+    pub coverage: f32,
+}
+
+impl<'a> Document<'a> {
+    /// Describes levels of detail of one tree, the finest first. Programs that do not know
+    /// `MSFT_lod` show the finest.
+    ///
+    /// # Errors
+    ///
+    /// As [`Document::new`].
+    pub fn with_levels(
+        levels: &[Level<'a>],
+        info: &TreeInfo,
+        options: Options,
+    ) -> Result<Self, GltfError> {
+        let mut document = Self::empty(info, options);
+        let name = json::name(info);
+        let nodes = levels
+            .iter()
+            .enumerate()
+            .map(|(i, level)| document.push_tree(level.subject, format!("{name} lod {i}")))
+            .collect::<Result<Vec<_>, _>>()?;
+        let Some((&finest, coarser)) = nodes.split_first() else { return Ok(document) };
+        let ids: Vec<usize> = coarser.iter().map(gltf::Index::value).collect();
+        let coverage: Vec<f32> = levels.iter().map(|level| level.coverage).collect();
+        let node = &mut document.root.nodes[finest.value()];
+        let extensions = node.extensions.get_or_insert_default();
+        extensions.others.insert(EXTENSION.to_owned(), serde_json::json!({ "ids": ids }));
+        let extras = serde_json::json!({ "MSFT_screencoverage": coverage });
+        node.extras = RawValue::from_string(extras.to_string()).ok();
+        note(&mut document.root, EXTENSION);
+        document.show(vec![finest]);
+        Ok(document)
+    }
+}

@@ -1,0 +1,159 @@
+//! Rotations as a roll and a swing off what is usual in a slot.
+
+use glam::{Quat, Vec2, Vec3};
+
+use crate::graph::Node;
+
+/// Swings below this are none, in radians: above what rounding makes of none.
+pub const ALIGNED: f32 = 1e-5;
+
+/// A rotation as a roll about the parent's front and a swing of the front, both against what is
+/// usual in its slot, in its deviations.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Turn {
+    /// Rotation vector of the swing; it has no component along the front.
+    pub swing: Vec2,
+    /// Roll; 0 for laterals, whose bud has its place on the shoot.
+    pub roll: f32,
+}
+
+/// How the rotations in a slot lie: `q = R_z(roll) · exp(mean swing) · exp(swing)`, the swing told off
+/// what gravity makes expect of an apical shoot.
+///
+/// A shoot is rolled about its parent's front, then bent. Told so, the roll depends on nothing, and
+/// the swing of one axis on nothing but the shoot's own angle.
+///
+/// # Units  radians
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slot {
+    /// Mean swing.
+    pub mean: Vec2,
+    /// Centre of the roll, in [−3π/2, π/2): rolls go round as in the growth model, so that the
+    /// quaternions have its signs.
+    pub roll: f32,
+    /// Deviations of the swing.
+    pub scale: Vec2,
+    /// Deviation of the roll; 0 for laterals.
+    pub roll_scale: f32,
+}
+
+impl Slot {
+    /// A slot where nothing is usual: swings and rolls are what they are.
+    pub const PLAIN: Self = Self { mean: Vec2::ZERO, roll: 0.0, scale: Vec2::ONE, roll_scale: 1.0 };
+
+    /// The rotation of a turn, below this parent.
+    #[must_use]
+    pub fn rotation(&self, turn: Turn, parent: &Node, gravitropism: f32) -> Quat {
+        let unswung = self.unswung(turn.roll);
+        let bend = self.bend(parent.orientation * unswung, gravitropism);
+        (unswung * swing(bend.out(turn.swing * self.scale))).normalize()
+    }
+
+    /// The turn of a rotation: the inverse of [`Slot::rotation`], up to the roll of a lateral, which
+    /// is lost. The child's front is always kept.
+    #[must_use]
+    pub fn turn(&self, rotation: Quat, parent: &Node, gravitropism: f32) -> Turn {
+        let (roll, swing) = self.split(rotation);
+        let bend = self.bend(parent.orientation * self.unswung(roll), gravitropism);
+        Turn { swing: bend.own(swing) / self.scale, roll }
+    }
+
+    /// The rotation of a child that is not swung off its slot's mean.
+    pub(super) fn unswung(&self, roll: f32) -> Quat {
+        Quat::from_rotation_z(self.roll + self.roll_scale * roll) * swing(self.mean)
+    }
+
+    /// The roll in deviations, and the swing off the mean in radians.
+    #[must_use]
+    pub fn split(&self, rotation: Quat) -> (f32, Vec2) {
+        if self.is_lateral() {
+            let front = self.unswung(0.0).inverse() * rotation * Vec3::NEG_Z;
+            return (0.0, swing_of(Quat::from_rotation_arc(Vec3::NEG_Z, front)));
+        }
+        // The roll for which what is left has no component along the front.
+        let mean = swing(self.mean);
+        let about_front = Quat::from_xyzw(0.0, 0.0, 1.0, 0.0);
+        let (across, along) = (mean.inverse() * rotation, mean.inverse() * about_front * rotation);
+        let roll = 2.0 * libm::atan2f(across.z, along.z);
+        let rest = mean.inverse() * Quat::from_rotation_z(-roll) * rotation;
+        (wrapped(roll - self.roll) / self.roll_scale, swing_of(rest))
+    }
+
+    /// Is this turn of the child in `slot` exactly aligned: an apical shoot that goes straight on, or
+    /// a lateral in the plane of its bud?
+    #[must_use]
+    pub fn is_aligned(&self, slot: usize, turn: Turn) -> bool {
+        let swing = turn.swing * self.scale;
+        if slot == 0 { swing.length() < ALIGNED } else { swing.y.abs() < ALIGNED }
+    }
+
+    fn is_lateral(&self) -> bool {
+        self.roll_scale == 0.0
+    }
+
+    /// What a child of this unswung frame is expected to do.
+    fn bend(&self, frame: Quat, gravitropism: f32) -> Bend {
+        let (axis, angle) = to_the_vertical(frame);
+        if self.is_lateral() || axis == Vec2::ZERO {
+            return Bend { expected: Vec2::ZERO, x: Vec2::X };
+        }
+        let is_straight = self.mean == Vec2::ZERO;
+        Bend { expected: gravitropism * angle * axis, x: if is_straight { axis } else { Vec2::X } }
+    }
+}
+
+/// The axis, in the frame's own x and y, about which its front turns down to or up from the
+/// vertical, and the angle between front and vertical, in radians; none when it is vertical.
+pub(super) fn to_the_vertical(frame: Quat) -> (Vec2, f32) {
+    let front = frame * Vec3::NEG_Z;
+    let across = front.cross(Vec3::NEG_Y);
+    let sine = across.length();
+    // Within eight degrees of the vertical, growth does not bend.
+    if front.y.abs() >= 0.99 {
+        return (Vec2::ZERO, 0.0);
+    }
+    let axis = frame.inverse() * (across / sine);
+    (axis.truncate(), libm::atan2f(sine, front.y.abs()))
+}
+
+/// The swing that gravity makes expect, and the axis that swings are told along.
+///
+/// An apical shoot turns by v times its angle to the vertical, so its swing is told off that. Where
+/// shoots have no angle of their own (no mean swing) nothing but gravity bends them, so the swing is
+/// told along the axis of that bend and across.
+#[derive(Clone, Copy)]
+struct Bend {
+    expected: Vec2,
+    x: Vec2,
+}
+
+impl Bend {
+    fn own(self, swing: Vec2) -> Vec2 {
+        let off = swing - self.expected;
+        Vec2::new(off.dot(self.x), off.dot(self.x.perp()))
+    }
+
+    fn out(self, own: Vec2) -> Vec2 {
+        self.expected + own.x * self.x + own.y * self.x.perp()
+    }
+}
+
+/// The angle in [−π, π).
+#[must_use]
+pub fn wrapped(angle: f32) -> f32 {
+    use core::f32::consts::{PI, TAU};
+    angle - TAU * libm::floorf((angle + PI) / TAU)
+}
+
+fn swing(vector: Vec2) -> Quat {
+    Quat::from_scaled_axis(vector.extend(0.0))
+}
+
+fn swing_of(q: Quat) -> Vec2 {
+    // The shorter of the two ways round.
+    let (w, v) = if q.w < 0.0 { (-q.w, -q.xyz().truncate()) } else { (q.w, q.xyz().truncate()) };
+    let sine = v.length();
+    let angle = 2.0 * libm::atan2f(sine, w);
+    let per_sine = if sine > 1e-7 { angle / sine } else { 2.0 };
+    v * per_sine
+}
