@@ -9,8 +9,11 @@ use crate::args::UsageError;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Format {
     Glb,
+    Gltf,
     Obj,
     Ply,
+    Usda,
+    Usdz,
     Tree,
     Csv,
     Parquet,
@@ -18,15 +21,28 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    pub(crate) const ALL: [Self; 7] =
-        [Self::Glb, Self::Obj, Self::Ply, Self::Tree, Self::Csv, Self::Parquet, Self::Dtree];
+    pub(crate) const ALL: [Self; 10] = [
+        Self::Glb,
+        Self::Gltf,
+        Self::Obj,
+        Self::Ply,
+        Self::Usda,
+        Self::Usdz,
+        Self::Tree,
+        Self::Csv,
+        Self::Parquet,
+        Self::Dtree,
+    ];
 
     /// The extension, without its dot.
     pub(crate) const fn extension(self) -> &'static str {
         match self {
             Self::Glb => "glb",
+            Self::Gltf => "gltf",
             Self::Obj => "obj",
             Self::Ply => "ply",
+            Self::Usda => "usda",
+            Self::Usdz => "usdz",
             Self::Tree => "tree",
             Self::Csv => "csv",
             Self::Parquet => "parquet",
@@ -37,6 +53,16 @@ impl Format {
     /// Can one file hold several trees?
     pub(crate) const fn is_table(self) -> bool {
         matches!(self, Self::Csv | Self::Parquet)
+    }
+
+    /// Does it hold the surfaces of a tree?
+    pub(crate) const fn is_surface(self) -> bool {
+        !matches!(self, Self::Tree | Self::Csv | Self::Parquet | Self::Dtree)
+    }
+
+    /// Is it glTF, in one file or in several?
+    pub(crate) const fn is_gltf(self) -> bool {
+        matches!(self, Self::Glb | Self::Gltf)
     }
 
     /// The format that the extension of a path names; none when it has no extension.

@@ -3,14 +3,18 @@
 mod args;
 mod batch;
 mod blend;
+
 mod clouds;
+mod dressing;
 mod format;
 mod input;
+mod look;
 mod models;
 mod output;
 mod place;
 mod report;
 mod stand;
+mod surfaces;
 mod verbs;
 
 use std::process::ExitCode;

@@ -4,17 +4,17 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use deeptree_export::gltf::{self, Document};
+
 use deeptree_export::tables::{TableMeta, TableWriter};
-use deeptree_export::{obj, ply, write_atomically};
+use deeptree_export::write_atomically;
+use deeptree_graph::Share;
 use deeptree_graph::codec::csv::CsvWriter;
 use deeptree_graph::codec::{dtree::SeedFile, tree_format};
-use deeptree_graph::{BranchGraph, Share};
-use deeptree_mesh::{Mesh, WoodOptions, tubes, within, wood};
 
-use crate::args::{Attribute, MeshArgs, UsageError};
+use crate::args::{MeshArgs, UsageError};
 use crate::batch::Made;
 use crate::format::Format;
+use crate::surfaces;
 
 /// Where trees go.
 #[derive(Debug)]
@@ -38,7 +38,6 @@ impl Target {
         count: u64,
         mesh: &MeshArgs,
     ) -> Result<Self> {
-        wood_options(mesh)?;
         let named = if is_stdout(path) || path.is_dir() { None } else { Format::of_path(path)? };
         let format = match (named, format) {
             (Some(named), Some(asked)) if named != asked => bail!(UsageError(format!(
@@ -48,6 +47,7 @@ impl Target {
             ))),
             (named, asked) => named.or(asked).unwrap_or(Format::Glb),
         };
+        surfaces::check(mesh, format, is_stdout(path) || surfaces::is_stream(path))?;
         let folder = !is_stdout(path) && named.is_none() && (path.is_dir() || !path.exists());
         if count > 1 && !folder && !format.is_table() {
             bail!(UsageError(format!(
@@ -78,7 +78,7 @@ impl Target {
                 // No file system minds these; a colon is a drive on some.
                 let species = made.tree.info.species.replace(':', "-").replace(',', "_");
                 let name = format!("{species}-{}.{}", made.seed, self.format.extension());
-                self.write_file(&self.path.join(name), |out| self.write_one(made, out))
+                self.save_one(made, &self.path.join(name))
             });
         }
         if is_stdout(&self.path) {
@@ -86,7 +86,19 @@ impl Target {
             self.write_all(make, &mut out)?;
             return out.flush().context("cannot write to standard output");
         }
+        if self.format.is_surface() {
+            return make(&mut |made| self.save_one(made, &self.path));
+        }
         self.write_file(&self.path, |out| self.write_all(make, out))
+    }
+
+    /// One tree into a file, with those that belong to it.
+    fn save_one(&self, made: &Made, path: &Path) -> Result<()> {
+        if self.format.is_surface() {
+            return surfaces::save(&made.tree, &self.mesh, self.format, path)
+                .with_context(|| format!("{} was not written", path.display()));
+        }
+        self.write_file(path, |out| self.write_one(made, out))
     }
 
     fn write_file<W>(&self, path: &Path, write: W) -> Result<()>
@@ -132,18 +144,11 @@ impl Target {
 
     fn write_one(&self, made: &Made, out: &mut (impl Write + Send)) -> Result<()> {
         let tree = &made.tree;
-        let mesh = || mesh(tree, &self.mesh);
         match self.format {
-            Format::Glb => {
-                let options =
-                    gltf::Options { attributes: attributes(&self.mesh), instancing: false };
-                Document::new((&mesh()?).into(), &tree.info, options)?.write_glb(out)?;
-            }
-            Format::Obj => obj::write(&mesh()?, &tree.info, out)?,
-            Format::Ply => ply::write(&mesh()?, &tree.info, out)?,
             Format::Tree => tree_format::write(out, tree)?,
             Format::Csv | Format::Parquet => self.write_all(|take| take(made), out)?,
             Format::Dtree => out.write_all(&self.seed_file(made)?.to_bytes())?,
+            _ => surfaces::write(tree, &self.mesh, self.format, out)?,
         }
         Ok(())
     }
@@ -167,33 +172,6 @@ impl Target {
             root: germ.root.signature,
             traits: germ.root.traits,
         })
-    }
-}
-
-/// The options that are asked for.
-fn wood_options(args: &MeshArgs) -> Result<WoodOptions> {
-    let options = WoodOptions { bark: args.bark.unwrap_or(0.0), ..WoodOptions::lod(args.lod) };
-    options.validate().map_err(|error| UsageError(error.to_string()))?;
-    Ok(options)
-}
-
-/// The wood of a tree as it is asked for.
-fn mesh(tree: &BranchGraph, args: &MeshArgs) -> Result<Mesh> {
-    let options = wood_options(args)?;
-    let make = if args.tubes { tubes } else { wood };
-    Ok(match args.max_triangles {
-        Some(most) => within(tree, most as usize, &options, make)?,
-        None => make(tree, &options),
-    })
-}
-
-/// The attributes that are asked for.
-fn attributes(args: &MeshArgs) -> gltf::Attributes {
-    let has = |wanted| args.attributes.iter().any(|&one| one == wanted || one == Attribute::All);
-    gltf::Attributes {
-        tangents: has(Attribute::Tangents),
-        labels: has(Attribute::Labels),
-        wind: has(Attribute::Wind),
     }
 }
 

@@ -31,6 +31,15 @@ fn numbers_that_cannot_be_are_refused() {
         desk.fails(&[verb, "oak", "--max-triangles", "7", "-o", "a.glb"], FAILED, "too few");
         desk.fails(&[verb, "oak", "--bark=2", "-o", "a.glb"], USAGE, "bark is 2");
         desk.fails(&[verb, "oak", "--attributes", "smell", "-o", "a.glb"], USAGE, "smell");
+        for size in ["0", "255", "3000"] {
+            let words = [verb, "oak", "--leaves", "--texture-size", size, "-o", "a.glb"];
+            desk.fails(&words, USAGE, "from 256 to 2048 pixels");
+        }
+        desk.fails(&[verb, "oak", "--texture-size", "-1", "-o", "a.glb"], USAGE, "--texture-size");
+        desk.fails(&[verb, "oak", "--season", "monsoon", "-o", "a.glb"], USAGE, "spring, summer");
+        desk.fails(&[verb, "oak", "--health", "1.5", "-o", "a.glb"], USAGE, "health is 1.5");
+        desk.fails(&[verb, "oak", "--health", "NaN", "-o", "a.glb"], USAGE, "health is NaN");
+        desk.fails(&[verb, "oak", "--leaf-density", "0", "-o", "a.glb"], USAGE, "density is 0");
     }
     desk.fails(&["grow", "oak", "--gravitropism", "7", "-o", "a.glb"], USAGE, "between -1 and 1");
     desk.fails(&["grow", "oak", "--age", "3.5", "-o", "a.glb"], USAGE, "whole number");
@@ -99,7 +108,7 @@ fn outputs_that_cannot_be_are_refused() {
 #[test]
 fn a_full_disk_and_a_folder_without_leave_are_told() {
     let desk = Desk::new();
-    for format in ["glb", "csv", "parquet", "obj", "tree", "dtree"] {
+    for format in ["glb", "csv", "parquet", "obj", "ply", "usdz", "tree", "dtree"] {
         let words = ["generate", "oak", "--format", format, "-o", "/dev/full"];
         desk.fails(&words, FAILED, "/dev/full");
     }

@@ -3,7 +3,7 @@
 //!
 //! # Source
 //!
-//! The physically based entries of `.mtl` (`Pr`, `norm`, `map_Pr`): the extension of the format that
+//! The physically based entries of `.mtl` (`Pr`, `norm`, `map_Pr`, and `map_Bump` for a normal map): the extension of the format that
 //! Blender, Assimp and others read.
 
 use std::fmt::Write as _;
@@ -116,7 +116,8 @@ fn describe(material: &Material, pictures: &[(Use, String)], text: &mut String) 
                     line(format_args!("map_d {name}"));
                 }
             }
-            Use::Normal => line(format_args!("norm {name}")),
+            // Some readers know the one entry, some the other.
+            Use::Normal => line(format_args!("norm {name}\nmap_Bump {name}")),
             Use::Roughness => line(format_args!("map_Pr {name}")),
         }
     }

@@ -41,6 +41,17 @@ impl<'a> From<&'a Dressed> for Subject<'a> {
     }
 }
 
+/// The alpha below which a file says that there is no surface.
+///
+/// Programs look at pictures of leaves through mipmaps, whose alpha is a mean: at the material's own
+/// cutoff, 0.5, a crown loses leaves as it goes away, at half of it they become squares. Of an oak of
+/// 24 m in three.js, a cutoff of a third shows what it shows without mipmaps within 5 %, with 256 and
+/// with 900 rows (0.5: 58 and 27 % less; 0.25: 17 and 15 % more). From near, it makes a leaf larger by
+/// a part of a texel.
+pub(crate) fn cutoff(material: &Material) -> Option<f32> {
+    material.alpha_cutoff.map(|cutoff| cutoff * 2.0 / 3.0)
+}
+
 impl<'a> Subject<'a> {
     /// The materials with their surfaces: the bark, then each kind of leaf that there is one of.
     pub(crate) fn materials(self) -> impl Iterator<Item = &'a Material> {

@@ -36,7 +36,7 @@ mod wood;
 
 pub use budget::{BudgetError, within};
 pub use dressed::{Blade, Dressed, Foliage, Leaf};
-pub use foliage::{Phyllotaxis, dress};
+pub use foliage::{Phyllotaxis, Wardrobe, dress};
 pub use internode::Internode;
 pub use look::{Look, LookError, MAX_LEAF_DENSITY, Season, TEXTURE_SIZES};
 pub use material::{Image, Material};

@@ -24,15 +24,8 @@ fn main() {
         if let Ok(c) = std::env::var("COVER") {
             options.cover = Some(c.parse().expect("number"));
         }
-        let model = deeptree_infer::Model::from_bytes(include_bytes!(
-            "../../../models/situated.safetensors"
-        ))
-        .unwrap();
-        if std::env::var("PRIOR").is_ok() {
-            options.prior = Some(&model);
-            options.complete = std::env::var("COMPLETE").is_ok();
-            options.species = std::env::var("SPECIES").ok();
-        }
+        let model = deeptree_infer::Model::from_bytes(include_bytes!("../../../models/situated.safetensors")).unwrap();
+        if std::env::var("PRIOR").is_ok() { options.prior = Some(&model); options.complete = std::env::var("COMPLETE").is_ok(); options.species = std::env::var("SPECIES").ok(); }
         let start = Instant::now();
         let made = reconstruct(&cloud, &options).expect("a tree");
         let seconds = start.elapsed().as_secs_f64();
@@ -58,6 +51,8 @@ fn main() {
             mesh.volume(),
             mesh.area(),
             made.tree.root().thickness,
+        );
+        print!("  {} added {} figures {:?}\n", made.tree.info.species, made.completed, deeptree_reconstruct::Figures::of(&made.tree)
         );
         if let Ok(out) = std::env::var("DUMP") {
             let name =

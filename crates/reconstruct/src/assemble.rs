@@ -1,81 +1,83 @@
 //! From a skeleton to a branch graph: at most three children a node, the apical one first.
 
-use deeptree_graph::{BranchGraph, GraphError, MAX_CHILDREN, Quat, Row, TreeInfo, Vec3};
+use deeptree_graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, Quat, TreeInfo, Vec3};
 
-use crate::skeleton::Skeleton;
+use crate::skeleton::{Joint, Skeleton};
 use crate::ways::NONE;
 
 /// Part of an edge at which a node stands that takes the children for which there is no slot left.
 const SPLIT: f32 = 0.15;
 
-/// The branch graph of a skeleton, and for each joint its node.
-///
-/// The apical child carries the most; where there are more than two others, the edge to the apical
-/// child is split near its start by a node that takes them.
-pub(crate) fn assemble(
-    skeleton: &Skeleton,
-    info: TreeInfo,
-) -> Result<(BranchGraph, Vec<u32>), GraphError> {
-    let (children, heirs) = (skeleton.children(), skeleton.heirs());
-    let mut rows = Vec::with_capacity(skeleton.joints.len());
-    let root = &skeleton.joints[0];
-    let row = |id: usize, parent: i64, slot: usize, position: Vec3, radius: f32| Row {
-        id: id as i64,
-        parent,
-        slot: Some(slot as u8),
-        position,
-        radius,
-        edge: None,
-    };
-    // The root's edge is short: a tree starts at its foot, not below it.
-    let upright = Quat::from_rotation_x(core::f32::consts::FRAC_PI_2);
-    let edge = Some((upright, 0.0));
-    rows.push(Row { edge, ..row(0, -1, 0, root.position, root.radius) });
-    let mut extra = skeleton.joints.len();
-    for (id, joint) in skeleton.joints.iter().enumerate() {
-        let heir = heirs[id];
-        let mut others: Vec<u32> = children[id].iter().copied().filter(|&c| c != heir).collect();
-        if heir == NONE {
-            continue;
-        }
-        let apical = &skeleton.joints[heir as usize];
-        let mut parent = id as i64;
-        let mut share = SPLIT;
-        loop {
-            let rest = others.split_off(others.len().min(MAX_CHILDREN - 1));
-            for (slot, &child) in (1..).zip(&others) {
-                let child_joint = &skeleton.joints[child as usize];
-                let at = child_joint.position;
-                rows.push(row(child as usize, parent, slot, at, child_joint.radius));
-            }
-            if rest.is_empty() {
-                break;
-            }
-            let at = joint.position.lerp(apical.position, share);
-            rows.push(row(extra, parent, 0, at, apical.radius));
-            parent = extra as i64;
-            (extra, share, others) = (extra + 1, share + SPLIT * (1.0 - share), rest);
-        }
-        rows.push(row(heir as usize, parent, 0, apical.position, apical.radius));
-    }
-    let tree = BranchGraph::from_rows(info, &rows)?;
-    Ok((tree, numbers(&rows, skeleton.joints.len())))
+/// What is to stand at a node, and the children it shall have.
+struct Open {
+    node: NodeId,
+    /// The child that carries the most, or [`NONE`].
+    heir: u32,
+    others: Vec<u32>,
 }
 
-/// Where each joint stands in the level order of the graph.
-fn numbers(rows: &[Row], joints: usize) -> Vec<u32> {
-    let mut children = vec![[None; MAX_CHILDREN]; rows.len()];
-    for row in rows.iter().filter(|row| row.parent >= 0) {
-        children[row.parent as usize][usize::from(row.slot.unwrap_or(0))] = Some(row.id as usize);
+/// The branch graph of a skeleton, its foot where the skeleton's root is.
+///
+/// The apical child of each joint is its heir; where there are more than two others, the edge to the apical
+/// child is split near its start by nodes that take them.
+pub(crate) fn assemble(skeleton: &Skeleton, heirs: &[u32], info: TreeInfo) -> BranchGraph {
+    let children = skeleton.children();
+    let open = |node: NodeId, joint: u32| {
+        let heir = heirs[joint as usize];
+        let others = children[joint as usize].iter().copied().filter(|&c| c != heir).collect();
+        Open { node, heir, others }
+    };
+    let root = &skeleton.joints[0];
+    // The root's edge has no length: a tree starts at its foot, not below it.
+    let upright = Quat::from_rotation_x(core::f32::consts::FRAC_PI_2);
+    let foot = ChildSignature { rotation: upright, thickness: root.radius, length: 0.0 };
+    let mut tree = BranchGraph::new(info, root.position, foot);
+    // Level by level, so that the graph is in level order.
+    let mut level = vec![open(0, 0)];
+    while !level.is_empty() {
+        let mut next = Vec::new();
+        for Open { node, heir, mut others } in level {
+            if heir == NONE {
+                continue;
+            }
+            let rest = others.split_off(others.len().min(MAX_CHILDREN - 1));
+            let parent = tree.node(node).clone();
+            let apical = skeleton.joints[heir as usize];
+            let split = parent.position.lerp(apical.position, SPLIT);
+            let towards = if rest.is_empty() { apical.position } else { split };
+            let mut signatures = [None; MAX_CHILDREN];
+            signatures[0] = Some(signature(&parent, towards, apical.radius));
+            for (slot, &other) in (1..).zip(&others) {
+                let Joint { position, radius, .. } = skeleton.joints[other as usize];
+                signatures[slot] = Some(signature(&parent, position, radius));
+            }
+            let ids = tree.grow(node, signatures).map(Option::unwrap_or_default);
+            if rest.is_empty() {
+                next.push(open(ids[0], heir));
+            } else {
+                next.push(Open { node: ids[0], heir, others: rest });
+            }
+            for (slot, &other) in (1..).zip(&others) {
+                next.push(open(ids[slot], other));
+            }
+        }
+        level = next;
     }
-    let mut numbers = vec![0; rows.len()];
-    let mut order = vec![0];
-    let mut next = 0;
-    while next < order.len() {
-        numbers[order[next]] = next as u32;
-        order.extend(children[order[next]].iter().flatten());
-        next += 1;
-    }
-    numbers.truncate(joints);
-    numbers
+    tree
+}
+
+/// What brings a child of a node to a place: the smallest turn, and the distance.
+fn signature(parent: &Node, place: Vec3, thickness: f32) -> ChildSignature {
+    let edge = place - parent.position;
+    let local = edge.try_normalize().map(|front| parent.orientation.inverse() * front);
+    let rotation = match local {
+        // The smallest turn from −z loses its digits towards +z.
+        Some(front) if front.z > 0.9 => {
+            let about = Quat::from_rotation_y(core::f32::consts::PI);
+            Quat::from_rotation_arc(Vec3::Z, front) * about
+        }
+        Some(front) => Quat::from_rotation_arc(Vec3::NEG_Z, front),
+        None => Quat::IDENTITY,
+    };
+    ChildSignature { rotation: rotation.normalize(), thickness, length: edge.length() }
 }

@@ -2,7 +2,7 @@
 
 use deeptree_graph::{Vec2, Vec3};
 
-use crate::circle;
+use crate::{ReconstructError, circle};
 use crate::kdtree::KdTree;
 use crate::ways::Parts;
 
@@ -24,9 +24,26 @@ pub(crate) struct Foot {
 }
 
 /// The foot: given, or in the middle of the largest group among the lowest points.
-pub(crate) fn foot(points: &[Vec3], given: Option<Vec3>) -> Foot {
+///
+/// # Errors
+///
+/// When it is given and far from every point.
+pub(crate) fn foot(
+    points: &[Vec3],
+    index: &KdTree,
+    given: Option<Vec3>,
+) -> Result<Foot, ReconstructError> {
     let (low, high) = bounds(points);
-    let slab = SLAB * (high.y - low.y).max(1e-3 * (high - low).max_element());
+    let side = (high - low).max_element();
+    if let Some((_, squared)) = given.and_then(|root| index.nearest(root)) {
+        let distance = libm::sqrtf(squared);
+        // Written so that an overflow is far, too.
+        let is_near = distance <= 0.25 * side;
+        if !is_near {
+            return Err(ReconstructError::FarRoot { distance, side });
+        }
+    }
+    let slab = SLAB * (high.y - low.y).max(1e-3 * side);
     let floor = given.map_or(low.y, |root| root.y);
     let beside = |p: Vec3| given.map_or(0.0, |root| (p - root).with_y(0.0).length());
     let lowest: Vec<u32> = (0..points.len() as u32)
@@ -38,8 +55,8 @@ pub(crate) fn foot(points: &[Vec3], given: Option<Vec3>) -> Foot {
     let group = if given.is_some() { lowest } else { largest_group(points, lowest, slab) };
     if group.is_empty() {
         let centre = given.unwrap_or(low);
-        let nearest = KdTree::new(points).nearest(centre).map(|(i, _)| i);
-        return Foot { centre, radius: None, points: nearest.into_iter().collect() };
+        let nearest = index.nearest(centre).map(|(i, _)| i);
+        return Ok(Foot { centre, radius: None, points: nearest.into_iter().collect() });
     }
     let flat: Vec<Vec2> = group.iter().map(|&i| level(points[i as usize])).collect();
     let mean = flat.iter().sum::<Vec2>() / flat.len() as f32;
@@ -50,7 +67,7 @@ pub(crate) fn foot(points: &[Vec3], given: Option<Vec3>) -> Foot {
         .filter(|c| c.centre.distance(mean) < 1.2 * c.radius);
     let middle = circle.map_or(mean, |circle| circle.centre);
     let centre = given.unwrap_or(Vec3::new(middle.x, low.y, middle.y));
-    Foot { centre, radius: circle.map(|circle| circle.radius), points: group }
+    Ok(Foot { centre, radius: circle.map(|circle| circle.radius), points: group })
 }
 
 /// The points that stand above the ground, if there is ground below the tree.

@@ -2,7 +2,7 @@
 
 use deeptree_graph::Vec3;
 
-use crate::Error;
+use crate::ReconstructError;
 
 /// Points that are worked on at most; a cloud of more is thinned.
 pub const MOST_POINTS: usize = 60_000;
@@ -27,7 +27,7 @@ pub(crate) struct Cloud {
 /// # Errors
 ///
 /// When no point is finite, or all are at one place.
-pub(crate) fn prepare(cloud: &[Vec3], most: usize) -> Result<Cloud, Error> {
+pub(crate) fn prepare(cloud: &[Vec3], most: usize) -> Result<Cloud, ReconstructError> {
     // Squares of distances must stay finite.
     let is_sound = |p: &&Vec3| p.is_finite() && p.abs().max_element() < 1e15;
     let finite = || cloud.iter().filter(is_sound);
@@ -35,11 +35,11 @@ pub(crate) fn prepare(cloud: &[Vec3], most: usize) -> Result<Cloud, Error> {
         .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
     let count = finite().count();
     if count == 0 {
-        return Err(Error::NoPoints { given: cloud.len() });
+        return Err(ReconstructError::NoPoints { given: cloud.len() });
     }
     let side = (bounds.1 - bounds.0).max_element();
     if side.is_nan() || side <= f32::EPSILON * bounds.0.abs().max(bounds.1.abs()).max_element() {
-        return Err(Error::OnePlace { points: count });
+        return Err(ReconstructError::OnePlace);
     }
     let mut voxel = side * FINEST;
     let mut points: Vec<Vec3> = finite().copied().collect();
@@ -78,11 +78,11 @@ mod tests {
     #[test]
     fn clouds_that_say_nothing_are_refused() {
         let nan = Vec3::new(0.0, f32::NAN, 0.0);
-        assert!(matches!(prepare(&[], 9), Err(Error::NoPoints { given: 0 })));
-        assert!(matches!(prepare(&[nan, nan], 9), Err(Error::NoPoints { given: 2 })));
+        assert!(matches!(prepare(&[], 9), Err(ReconstructError::NoPoints { given: 0 })));
+        assert!(matches!(prepare(&[nan, nan], 9), Err(ReconstructError::NoPoints { given: 2 })));
         let one = Vec3::new(3.0, 2.0, 1e6);
-        assert!(matches!(prepare(&[one], 9), Err(Error::OnePlace { points: 1 })));
-        assert!(matches!(prepare(&[one; 5], 9), Err(Error::OnePlace { points: 5 })));
+        assert!(matches!(prepare(&[one], 9), Err(ReconstructError::OnePlace)));
+        assert!(matches!(prepare(&[one; 5], 9), Err(ReconstructError::OnePlace)));
     }
 
     #[test]

@@ -1,13 +1,13 @@
 //! What the networks expect at a joint: where its children are likely to go.
 //!
-//! A cloud shows where wood is, not which wood carries it. Where the points leave that open, the
-//! networks are asked: the joint is told to them as a node of a tree that they know, children are
-//! drawn for it again and again, and the directions they take are the law that a link is judged by.
-//! Networks that also read the points around a node answer the same question better; they need no
-//! other place than [`Prior::expect`].
+//! A cloud shows where wood is, not what it is. Where the points leave that open, the networks are
+//! asked: the joint is told to them as a node of a tree that they know, children are drawn for it
+//! again and again, and the directions they take and the tips they bear are the law that its true
+//! children are judged by. Networks that also read the points around a node answer the same question
+//! better; [`Prior::draw`] is the one place where nodes are told to them.
 
 use deeptree_graph::signature::{TreeConditions, thickness_of, tip_count};
-use deeptree_graph::{Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, Vec3};
+use deeptree_graph::{ChildSignature, Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, TreeInfo, Vec3};
 use deeptree_infer::{Active, Branchlet, Overflow, Predictor, Root, Workspace};
 
 /// Branchlets drawn for each joint that is asked.
@@ -18,6 +18,9 @@ const BATCH: usize = 512;
 
 /// Concentration of the directions around a drawn one: a spread of some 17 degrees.
 const KAPPA: f32 = 12.0;
+
+/// Spread of a child's part of the cross-section around a drawn one.
+const SHARE_SPREAD: f32 = 0.2;
 
 /// Children a steradian where none was drawn, so that nothing is impossible.
 const FLOOR: f32 = 0.01;
@@ -103,9 +106,11 @@ impl<'a> Prior<'a> {
         1.0 / self.scale
     }
 
-    /// Name of the species.
-    pub(crate) fn species(&self) -> &str {
-        &self.model.species()[self.conditions.species]
+    /// What the networks take the tree for.
+    pub(crate) fn info(&self) -> TreeInfo {
+        let TreeConditions { species, age, gravitropism, .. } = self.conditions;
+        let species = self.model.species()[species].clone();
+        TreeInfo { species, age: age as u32, gravitropism, seed: self.seed.0 }
     }
 
     /// The directions in which the networks expect children of each joint.
@@ -128,9 +133,14 @@ impl<'a> Prior<'a> {
         let branchlets = self.draw(&asked, work)?;
         let mut expectations = vec![Expectation { children: Vec::new() }; situations.len()];
         for (i, (branchlet, node)) in branchlets.iter().zip(&turned).enumerate() {
-            let children = branchlet.children.iter().flatten();
-            let front = |rotation: Quat| node.orientation * rotation * Vec3::NEG_Z;
-            expectations[i / DRAWS].children.extend(children.map(|child| front(child.rotation)));
+            let area = |child: &ChildSignature| child.thickness * child.thickness;
+            let all: f32 = branchlet.children.iter().flatten().map(area).sum();
+            for (slot, child) in branchlet.children.iter().enumerate() {
+                let Some(child) = child else { continue };
+                let front = node.orientation * child.rotation * Vec3::NEG_Z;
+                let drawn = Drawn { front, share: area(child) / all, is_apical: slot == 0 };
+                expectations[i / DRAWS].children.push(drawn);
+            }
         }
         Ok(expectations)
     }
@@ -227,11 +237,20 @@ fn alike(roots: &[Root], shape: Shape) -> Option<&Root> {
     roots.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
+/// A child that was drawn.
+#[derive(Clone, Copy, Debug)]
+struct Drawn {
+    /// Unit direction.
+    front: Vec3,
+    /// Its part of the cross-section of all children.
+    share: f32,
+    is_apical: bool,
+}
+
 /// Where children are expected.
 #[derive(Clone, Debug)]
 pub(crate) struct Expectation {
-    /// Unit directions of all that were drawn.
-    children: Vec<Vec3>,
+    children: Vec<Drawn>,
 }
 
 impl Expectation {
@@ -239,8 +258,20 @@ impl Expectation {
     /// direction in one, smoothed by a von Mises–Fisher law around each drawn child.
     pub(crate) fn ln_density(&self, direction: Vec3) -> f32 {
         let peak = KAPPA / core::f32::consts::TAU;
-        let near = |child: &Vec3| libm::expf(KAPPA * (child.dot(direction) - 1.0));
+        let near = |child: &Drawn| libm::expf(KAPPA * (child.front.dot(direction) - 1.0));
         let mean = self.children.iter().map(near).sum::<f32>() * peak / DRAWS as f32;
         libm::logf(mean + FLOOR)
+    }
+
+    /// The logarithm of how much likelier a child of this direction and part of the cross-section is
+    /// to be the apical one than a lateral.
+    pub(crate) fn ln_apical_odds(&self, direction: Vec3, share: f32) -> f32 {
+        let mut odds = [1e-4; 2];
+        for child in &self.children {
+            let off = (child.share - share) / SHARE_SPREAD;
+            let near = KAPPA * (child.front.dot(direction) - 1.0) - 0.5 * off * off;
+            odds[usize::from(child.is_apical)] += libm::expf(near) / DRAWS as f32;
+        }
+        libm::logf(odds[1] / odds[0])
     }
 }

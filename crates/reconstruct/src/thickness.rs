@@ -9,7 +9,7 @@ use crate::ways::NONE;
 
 /// What is known of radii before any is measured, in metres.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Prior {
+pub(crate) struct Known {
     /// Of the stem at its foot.
     pub(crate) stem: f32,
     /// Of the thinnest twigs.
@@ -29,16 +29,16 @@ pub(crate) struct Prior {
 ///
 /// Shinozaki et al. 1964, "A quantitative analysis of plant form: the pipe model theory", with the
 /// length of the wood beyond for its pipes.
-pub(crate) fn thicken(skeleton: &mut Skeleton, points: &[Vec3], prior: &Prior) {
+pub(crate) fn thicken(skeleton: &mut Skeleton, points: &[Vec3], known: &Known) {
     let branches = skeleton.branches();
-    let mut expected = expected(skeleton, prior, &vec![None; skeleton.joints.len()]);
+    let mut expected = expected(skeleton, known, &vec![None; skeleton.joints.len()]);
     let mut measured = vec![None; skeleton.joints.len()];
     for _ in 0..2 {
         let owned = owned(skeleton, points);
         for branch in &branches {
             let circles: Vec<Option<Found>> = (0..branch.len())
                 .map(|at| {
-                    measure(skeleton, &owned, branch, at, expected[branch[at] as usize], prior)
+                    measure(skeleton, &owned, branch, at, expected[branch[at] as usize], known)
                 })
                 .collect();
             for (at, &joint) in branch.iter().enumerate() {
@@ -52,13 +52,12 @@ pub(crate) fn thicken(skeleton: &mut Skeleton, points: &[Vec3], prior: &Prior) {
                 }
             }
         }
-        expected = self::expected(skeleton, prior, &measured);
+        expected = self::expected(skeleton, known, &measured);
         for (joint, radius) in skeleton.joints.iter_mut().zip(&expected) {
             joint.radius = *radius;
         }
         // Circles jump a little from stretch to stretch; wood does not.
-        let thick =
-            |joint: &Joint| if joint.radius < prior.visible { 0.0 } else { 2.0 * joint.radius };
+        let thick = |joint: &Joint| if joint.radius < known.visible { 0.0 } else { 2.0 * joint.radius };
         straighten(skeleton, thick);
     }
 }
@@ -75,9 +74,9 @@ fn owned(skeleton: &Skeleton, points: &[Vec3]) -> Vec<Vec<Vec3>> {
 }
 
 /// Radii by the pipe model from what is measured, from the foot outwards.
-fn expected(skeleton: &Skeleton, prior: &Prior, measured: &[Option<f32>]) -> Vec<f32> {
+fn expected(skeleton: &Skeleton, known: &Known, measured: &[Option<f32>]) -> Vec<f32> {
     let beyond = skeleton.lengths_beyond();
-    let mut radii: Vec<f32> = vec![measured[0].unwrap_or(prior.stem); skeleton.joints.len()];
+    let mut radii: Vec<f32> = vec![measured[0].unwrap_or(known.stem); skeleton.joints.len()];
     for (i, joint) in skeleton.joints.iter().enumerate().skip(1) {
         let parent = joint.parent as usize;
         let share = (beyond[i] / beyond[parent].max(f32::MIN_POSITIVE)).min(1.0);
@@ -85,7 +84,7 @@ fn expected(skeleton: &Skeleton, prior: &Prior, measured: &[Option<f32>]) -> Vec
         // A branch does not taper faster than this, nor swell.
         let radius =
             measured[i].map_or(by_pipes, |found| found.clamp(0.5 * by_pipes, radii[parent]));
-        radii[i] = radius.clamp(prior.thinnest, radii[parent].max(prior.thinnest));
+        radii[i] = radius.clamp(known.thinnest, radii[parent].max(known.thinnest));
     }
     radii
 }
@@ -104,9 +103,9 @@ fn measure(
     branch: &[u32],
     at: usize,
     expected: f32,
-    prior: &Prior,
+    known: &Known,
 ) -> Option<Found> {
-    if expected < prior.visible {
+    if expected < known.visible {
         return None;
     }
     let place = |k: usize| skeleton.joints[branch[k] as usize].position;
@@ -127,7 +126,7 @@ fn measure(
         .collect();
     let Circle { centre, radius, error, arc } = circle::fit(&flat)?;
     let is_round = arc >= 0.25 && error < 0.2 * radius && centre.length() < 1.2 * radius;
-    let is_likely = (0.4..2.0).contains(&(radius / expected)) && radius >= prior.visible;
+    let is_likely = (0.4..2.0).contains(&(radius / expected)) && radius >= known.visible;
     (flat.len() >= 8 && is_round && is_likely)
         .then(|| Found { centre: here + u * centre.x + v * centre.y, radius })
 }

@@ -6,6 +6,7 @@ use anyhow::Result;
 use deeptree_generate::Avoided;
 use serde_json::{Value, json};
 
+use super::render::preview;
 use crate::args::{self, Args, UsageError};
 use crate::batch::{self, Made};
 use crate::output::{Target, is_stdout};
@@ -22,7 +23,9 @@ pub(super) fn run<W>(
     one: impl Fn(&mut W, u64) -> Result<Made> + Sync + Send,
 ) -> Result<()> {
     let count = u64::from(which.count);
+    preview::check(out)?;
     let mut seen = Seen::default();
+    let mut first = None;
     let bar = report::bar(args, count, species);
     batch::on_threads(which.threads, || {
         target.write(|take| {
@@ -30,12 +33,18 @@ pub(super) fn run<W>(
                 // A file of its own numbers its tree 0.
                 made.number = if target.folder { 0 } else { k as u32 };
                 seen.add(&made, took);
+                if k == 0 && out.preview.is_some() {
+                    first = Some(made.tree.clone());
+                }
                 bar.inc(1);
                 take(&made)
             })
         })
     })?;
     bar.finish_and_clear();
+    if let Some(tree) = first {
+        batch::on_threads(which.threads, || preview::take(out, &tree))?;
+    }
     seen.say(args, out);
     Ok(())
 }
@@ -48,6 +57,7 @@ pub(super) fn write(
     mut made: Vec<Made>,
     took: Duration,
 ) -> Result<()> {
+    preview::check(out)?;
     let mut seen = Seen::default();
     let share = took / made.len().max(1) as u32;
     target.write(|take| {
@@ -59,6 +69,9 @@ pub(super) fn write(
             take(made)
         })
     })?;
+    if let Some(first) = made.first() {
+        preview::take(out, &first.tree)?;
+    }
     seen.say(args, out);
     Ok(())
 }

@@ -8,6 +8,7 @@ mod grow;
 mod info;
 mod making;
 mod regrow;
+pub(crate) mod render;
 mod scan;
 mod train;
 
@@ -26,6 +27,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Verb::Dataset(verb) => dataset::run(args, verb),
         Verb::Train(verb) => train::run(args, verb),
         Verb::Evaluate(verb) => evaluate::run(args, verb),
+        Verb::Render(verb) => render::run(args, verb),
         Verb::Info(verb) => info::run(args, verb),
         Verb::Convert(verb) => convert::run(args, verb),
     }

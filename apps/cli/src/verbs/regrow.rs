@@ -10,6 +10,7 @@ use deeptree_scene::Site;
 use serde_json::json;
 
 use super::making::whole_age;
+use super::render::preview;
 use super::unknown_species;
 use crate::args::{self, Args, UsageError};
 use crate::batch::Made;
@@ -31,7 +32,9 @@ pub(crate) fn run(args: &Args, verb: &args::Regrow) -> Result<()> {
     let holds_all = |target: &Target| target.format.is_table() || target.folder;
     let whole = verb.tree.is_none() && holds_all(&target) && pruned.iter().all(holds_all);
 
+    preview::check(&verb.out)?;
     let mut seen = Seen::default();
+    let mut first = None;
     target.write(|take| {
         let mut all = |take_pruned: &mut dyn FnMut(&Made) -> Result<()>| {
             input::read_chosen(&verb.input, &verb.model, verb.tree, whole, |number, made| {
@@ -44,6 +47,9 @@ pub(crate) fn run(args: &Args, verb: &args::Regrow) -> Result<()> {
                     let number = if target.folder { 0 } else { number };
                     Made { seed: seed.0, number, tree, germ: None, hit_budget, avoided: None }
                 };
+                if verb.out.preview.is_some() && first.is_none() {
+                    first = Some(regrown.tree.clone());
+                }
                 take_pruned(&made(regrown.pruned.tree, false))?;
                 take(&made(regrown.tree, regrown.hit_budget))
             })
@@ -53,6 +59,9 @@ pub(crate) fn run(args: &Args, verb: &args::Regrow) -> Result<()> {
             None => all(&mut |_| Ok(())),
         }
     })?;
+    if let Some(tree) = first {
+        preview::take(&verb.out, &tree)?;
+    }
     seen.say(args, verb);
     Ok(())
 }

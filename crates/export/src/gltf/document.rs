@@ -31,10 +31,12 @@ pub struct Options {
 /// What numbers are written through.
 pub(super) type Out<'w> = BufWriter<&'w mut dyn Write>;
 
+type Writer<'a> = dyn Fn(&mut Out<'_>) -> io::Result<()> + 'a;
+
 /// A part of the buffer, filled up to whole words.
 struct Block<'a> {
     bytes: u64,
-    write: Box<dyn Fn(&mut Out<'_>) -> io::Result<()> + 'a>,
+    write: Box<Writer<'a>>,
 }
 
 /// A tree as glTF describes it, ready to be written.

@@ -13,6 +13,7 @@ use json::{Index, Root};
 use serde_json::value::RawValue;
 
 use crate::images::{self, ImageError, Use};
+use crate::subject::cutoff;
 
 /// The materials of a description, each once, and the pictures that they need.
 #[derive(Default)]
@@ -74,7 +75,7 @@ impl<'a> Materials<'a> {
             if material.alpha_cutoff.is_some() { AlphaMode::Mask } else { AlphaMode::Opaque };
         Ok(root.push(json::Material {
             name: Some(material.name.clone()),
-            alpha_cutoff: material.alpha_cutoff.map(AlphaCutoff),
+            alpha_cutoff: cutoff(material).map(AlphaCutoff),
             alpha_mode: Checked::Valid(mode),
             double_sided: material.double_sided,
             pbr_metallic_roughness: PbrMetallicRoughness {

@@ -235,8 +235,13 @@ impl Keys {
 
     /// Adds all keys to the document and the samplers to the animation.
     fn push(self, document: &mut Document<'_>, animation: &mut Animation) {
-        let times = pairs(document, &self.times, Type::Scalar, |[a, b]| ([a].into(), [b].into()));
-        let values = pairs(document, &self.values, Type::Vec3, |_| (vec![], vec![]));
+        let times = pairs(document, &self.times, Type::Scalar);
+        for (index, [begin, end]) in times.iter().zip(&self.times) {
+            let accessor = &mut document.root.accessors[index.value()];
+            accessor.min = Some(serde_json::json!([begin]));
+            accessor.max = Some(serde_json::json!([end]));
+        }
+        let values = pairs(document, &self.values, Type::Vec3);
         animation.samplers.extend(self.samplers.iter().map(|&(time, value)| Sampler {
             input: times[time],
             interpolation: Checked::Valid(Interpolation::Linear),
@@ -252,7 +257,6 @@ fn pairs<const N: usize>(
     document: &mut Document<'_>,
     rows: &[[f32; N]],
     kind: Type,
-    bounds: fn([f32; N]) -> (Vec<f32>, Vec<f32>),
 ) -> Vec<Index<Accessor>> {
     if rows.is_empty() {
         return Vec::new();
@@ -260,15 +264,10 @@ fn pairs<const N: usize>(
     let own = rows.to_vec();
     let write = move |out: &mut Out<'_>| write_floats(out, own.iter().copied());
     let view = document.push_view(4 * (N * rows.len()) as u64, None, write);
-    let accessor = |(i, &row): (usize, &[f32; N])| {
+    let accessor = |i| {
         let mut accessor = json::accessor(view, 2, ComponentType::F32, kind);
         accessor.byte_offset = Some(gltf::validation::USize64(4 * (N * i) as u64));
-        let (low, high) = bounds(row);
-        if !low.is_empty() {
-            accessor.min = Some(serde_json::json!(low));
-            accessor.max = Some(serde_json::json!(high));
-        }
         document.root.push(accessor)
     };
-    rows.iter().enumerate().map(accessor).collect()
+    (0..rows.len()).map(accessor).collect()
 }

@@ -6,7 +6,7 @@ use deeptree_mesh::{Image, Material};
 
 use super::text::identifier;
 use crate::images::Use;
-use crate::subject::Subject;
+use crate::subject::{Subject, cutoff};
 
 /// A picture of a material.
 pub(super) struct Picture<'a> {
@@ -88,7 +88,7 @@ fn write_surface(material: &Material, place: &str, out: &mut impl Write) -> io::
     writeln!(out, "            def Shader \"surface\"\n            {{")?;
     let mut line = |text: std::fmt::Arguments<'_>| writeln!(out, "                {text}");
     let [red, green, blue, alpha] = material.color;
-    let cut = material.alpha_cutoff;
+    let cut = cutoff(material);
     line(format_args!("uniform token info:id = \"UsdPreviewSurface\""))?;
     if has(Use::Color) {
         line(format_args!("color3f inputs:diffuseColor.connect = <{place}/color.outputs:rgb>"))?;

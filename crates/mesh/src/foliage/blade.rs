@@ -18,19 +18,20 @@ const HANG: f32 = 0.16;
 const RADII: [f32; 2] = [0.010, 0.004];
 
 /// The blade of a species with the cards of its texture.
-pub(crate) fn blade(habit: &Habit, cards: &[Card], noise: Noise, coarse: bool) -> Blade {
+pub(crate) fn blade(habit: &Habit, cards: &[&Card], noise: Noise, coarse: bool) -> Blade {
     let mut blade = Blade::default();
     match habit.cards {
         Cards::Along { leaves, length, angle } => {
-            let length = length / habit.length;
-            twig(&mut blade);
+            let whole = habit.whole_length();
+            let (length, twig_length) = (length / whole, habit.length / whole);
+            twig(&mut blade, twig_length);
             for leaf in 0..leaves {
                 let draw = |k| noise.at(leaf as i32, k);
                 // Leaves crowd towards the tip.
                 let many = habit.phyllotaxis.at_a_node();
                 let nodes = leaves.div_ceil(many) as f32;
                 let share = ((leaf / many) as f32 + 1.0) / nodes;
-                let at = 1.0 - 0.78 * (1.0 - share) - 0.02;
+                let at = (0.98 - 0.78 * (1.0 - share)) * twig_length;
                 let last = leaf + 1 == leaves && many == 1;
                 let around = habit.phyllotaxis.angle(leaf);
                 let (sin, cos) = libm::sincosf(around);
@@ -42,7 +43,7 @@ pub(crate) fn blade(habit: &Habit, cards: &[Card], noise: Noise, coarse: bool) -
                     + Vec3::NEG_Z * (0.35 * habit.round)
                     + Vec3::new(draw(1) - 0.5, 0.0, draw(2) - 0.5) * 0.7;
                 let size = length * (0.8 + 0.3 * draw(3)) * if last { 0.9 } else { 1.0 };
-                let card = &cards[leaf as usize % cards.len()];
+                let card = cards[leaf as usize % cards.len()];
                 let seat = Seat {
                     foot: stem(at),
                     along,
@@ -57,7 +58,7 @@ pub(crate) fn blade(habit: &Habit, cards: &[Card], noise: Noise, coarse: bool) -
             for k in 0..many {
                 let (sin, cos) =
                     libm::sincosf(k as f32 * core::f32::consts::PI / many as f32 + 0.2);
-                let card = &cards[k as usize % cards.len()];
+                let card = cards[k as usize % cards.len()];
                 let seat = Seat {
                     foot: Vec3::ZERO,
                     along: Vec3::NEG_Z,
@@ -132,8 +133,8 @@ impl Seat {
     }
 }
 
-/// The twig: a prism of three sides with a bend.
-fn twig(blade: &mut Blade) {
+/// The twig of a length: a prism of three sides with a bend.
+fn twig(blade: &mut Blade, length: f32) {
     const ROWS: u32 = 3;
     let first = blade.positions.len() as u32;
     for row in 0..ROWS {
@@ -144,7 +145,7 @@ fn twig(blade: &mut Blade) {
             let angle = k as f32 * core::f32::consts::TAU / 3.0;
             let (sin, cos) = libm::sincosf(angle);
             let out = Vec3::new(cos, sin, 0.0);
-            blade.positions.push(stem(share) + out * radius);
+            blade.positions.push(stem(share * length) + out * radius);
             blade.normals.push(out);
             let u = TWIG[0] + (TWIG[2] - TWIG[0]) * k as f32 / 3.0;
             blade.uvs.push([u, share * TWIG[3]]);
@@ -154,7 +155,7 @@ fn twig(blade: &mut Blade) {
         for k in 0..3 {
             let a = first + row * 4 + k;
             let (b, c, d) = (a + 1, a + 5, a + 4);
-            blade.indices.extend([a, b, c, a, c, d]);
+            blade.indices.extend([a, c, b, a, d, c]);
         }
     }
 }

@@ -11,7 +11,7 @@
 use crate::look::Season;
 use crate::texture::bark::{Bark, Relief};
 use crate::texture::canvas::Rgb;
-use crate::texture::frond::Frond;
+use crate::texture::frond::{Frond, Spray};
 use crate::texture::outline::Form;
 
 /// How leaves, and the shoots from their axils, stand around the axis that bears them.
@@ -86,7 +86,7 @@ pub(crate) struct Habit {
     pub(crate) depth: u16,
     /// Shoots a metre of these.
     pub(crate) shoots: f32,
-    /// Length of shoots in metres.
+    /// Length of the twigs of shoots in metres.
     pub(crate) length: f32,
     /// Their angle to the branch in radians.
     pub(crate) angle: f32,
@@ -155,7 +155,14 @@ fn beech() -> Habit {
         light: 0.12,
         round: 0.0,
         cards: Cards::Along { leaves: 3, length: 0.42, angle: 0.75 },
-        frond: Frond::Twig { form: Form::Beech, leaves: 9, length: 0.24, angle: 0.85, twist: 0.0 },
+        frond: Frond::Twig(Spray {
+            form: Form::Beech,
+            leaves: 9,
+            length: 0.24,
+            angle: 0.85,
+            twist: 0.0,
+            crowd: 0.0,
+        }),
         evergreen: false,
         spring: tints(0x9cc04a, 0x86b23e, 0xbcd07a),
         summer: tints(0x64923a, 0x527f31, 0x9db268),
@@ -184,7 +191,14 @@ fn corkscrew() -> Habit {
         angle: 0.7,
         shoots: 7.0,
         depth: 3,
-        frond: Frond::Twig { form: Form::Lance, leaves: 15, length: 0.26, angle: 0.62, twist: 0.6 },
+        frond: Frond::Twig(Spray {
+            form: Form::Lance,
+            leaves: 15,
+            length: 0.26,
+            angle: 0.62,
+            twist: 0.6,
+            crowd: 0.0,
+        }),
         summer: tints(0x7da04a, 0x69903f, 0xb0c27a),
         twig: srgb(0x7a6a35),
         ..willow()
@@ -228,13 +242,20 @@ fn oak() -> Habit {
         species: "oak",
         phyllotaxis: Phyllotaxis::Spiral,
         depth: 3,
-        shoots: 5.0,
-        length: 0.55,
+        shoots: 3.6,
+        length: 0.45,
         angle: 0.85,
         light: 0.3,
         round: 0.6,
-        cards: Cards::Along { leaves: 10, length: 0.165, angle: 0.9 },
-        frond: Frond::Leaf { form: Form::Oak, petiole: 0.05 },
+        cards: Cards::Along { leaves: 4, length: 0.36, angle: 0.8 },
+        frond: Frond::Twig(Spray {
+            form: Form::Oak,
+            leaves: 6,
+            length: 0.40,
+            angle: 0.95,
+            twist: 0.0,
+            crowd: 0.8,
+        }),
         evergreen: false,
         spring: tints(0x9fb248, 0x94a33a, 0xc3c27c),
         summer: tints(0x608936, 0x4e762d, 0xa8b570),
@@ -267,8 +288,8 @@ fn pine() -> Habit {
         cards: Cards::Around(3),
         frond: Frond::Needles { fascicles: 120, length: 0.26 },
         evergreen: true,
-        spring: tints(0x749a5f, 0x5f8853, 0x8d7a54),
-        summer: tints(0x6a8f5c, 0x567d50, 0x8d7a54),
+        spring: tints(0x86a55e, 0x6f9253, 0x8d7a54),
+        summer: tints(0x7a9858, 0x65884f, 0x8d7a54),
         autumn: [srgb(0x9a8a3c), srgb(0x8a7a38)],
         twig: srgb(0x8a6a42),
         leaf_roughness: 0.5,
@@ -305,7 +326,7 @@ fn tulip() -> Habit {
         leaf_roughness: 0.45,
         bark: Bark {
             relief: Relief::Interlaced,
-            plate: [0.05, 0.25],
+            plate: [0.042, 0.25],
             depth: 0.014,
             face: srgb(0x8b8377),
             stain: srgb(0x77705f),
@@ -321,7 +342,7 @@ fn walnut() -> Habit {
         species: "walnut",
         phyllotaxis: Phyllotaxis::Spiral,
         depth: 3,
-        shoots: 4.6,
+        shoots: 5.2,
         length: 0.45,
         angle: 0.75,
         light: 0.35,
@@ -336,7 +357,7 @@ fn walnut() -> Habit {
         leaf_roughness: 0.5,
         bark: Bark {
             relief: Relief::Interlaced,
-            plate: [0.0625, 0.25],
+            plate: [0.0625, 0.1667],
             depth: 0.018,
             face: srgb(0x8f887c),
             stain: srgb(0x75695c),
@@ -358,7 +379,14 @@ fn willow() -> Habit {
         light: -0.9,
         round: 0.5,
         cards: Cards::Around(2),
-        frond: Frond::Twig { form: Form::Lance, leaves: 17, length: 0.24, angle: 0.62, twist: 0.0 },
+        frond: Frond::Twig(Spray {
+            form: Form::Lance,
+            leaves: 17,
+            length: 0.24,
+            angle: 0.62,
+            twist: 0.0,
+            crowd: 0.0,
+        }),
         evergreen: false,
         spring: tints(0xacc25a, 0x9db54e, 0xcfd491),
         summer: tints(0x88a955, 0x749849, 0xbbca89),
@@ -367,7 +395,7 @@ fn willow() -> Habit {
         leaf_roughness: 0.5,
         bark: Bark {
             relief: Relief::Interlaced,
-            plate: [0.07, 0.25],
+            plate: [0.05, 0.1667],
             depth: 0.016,
             face: srgb(0x857968),
             stain: srgb(0x6c6253),
@@ -378,6 +406,14 @@ fn willow() -> Habit {
 }
 
 impl Habit {
+    /// Length of shoots with the leaf at their end, in metres.
+    pub(crate) fn whole_length(&self) -> f32 {
+        match self.cards {
+            Cards::Along { length, .. } => self.length + 0.85 * length,
+            Cards::Around(_) => self.length,
+        }
+    }
+
     /// The share of leaves that hang on the tree in a season.
     pub(crate) const fn hanging(&self, season: Season) -> f32 {
         match season {

@@ -8,42 +8,88 @@ pub use habit::Phyllotaxis;
 
 use deeptree_graph::BranchGraph;
 
-use crate::dressed::{Dressed, Foliage};
+use crate::dressed::{Dressed, Foliage, Leaf};
 use crate::look::{Look, LookError, Season};
 use crate::material::Material;
 use crate::mesh::Mesh;
-use crate::texture::atlas::cards;
+use crate::texture::atlas::{Card, cards};
 use crate::texture::leaf::Ink;
 use crate::texture::noise::Noise;
 use crate::texture::{bark, leaf};
 use habit::{Habit, habit};
+use shoots::{KINDS, shoots};
 
 /// Share of the light a leaf does not mirror that comes out below: of green light, a leaf reflects
 /// and transmits about as much (Jacquemoud and Baret 1990, "PROSPECT").
 const TRANSLUCENCY: f32 = 0.45;
 
-/// Gives a tree its leaves, and its leaves and wood their materials.
-///
-/// `wood` is the tree's surface by [`wood`](crate::wood()) or [`tubes`](crate::tubes()), meshed with
-/// a texture size of 1 m: that is what the pictures of bark show. The species is that of
-/// `tree.info`; of a blend, that of its greatest share; of an unknown one, the beech.
-///
-/// Leaves stand on *shoots*: twigs of a year, which the branch graph does not have. A [`Foliage`] is
-/// one shoot with all its leaves, and its `leaves` are where shoots stand: on the internodes next to
-/// the tips, in the species' phyllotaxis. What is drawn for a shoot is keyed by the tree's seed and
-/// the lineage of its node, so that pruning elsewhere changes none. No foliage where `look` wants
-/// none, and none in winter but of evergreens.
+/// What trees of one species look like: their materials, painted once for as many as there are.
+#[derive(Debug)]
+pub struct Wardrobe {
+    species: String,
+    look: Look,
+    habit: Habit,
+    bark: Material,
+    /// None where there are no leaves.
+    leaves: Option<Leaves>,
+}
+
+#[derive(Debug)]
+struct Leaves {
+    cards: Vec<Card>,
+    noise: Noise,
+    material: Material,
+}
+
+/// Gives a tree its leaves, and its leaves and wood their materials: see [`Wardrobe::dress`].
 ///
 /// # Errors
 ///
 /// When `look` does not pass [`Look::validate`].
 pub fn dress(tree: &BranchGraph, wood: Mesh, look: &Look) -> Result<Dressed, LookError> {
-    look.validate()?;
-    let habit = habit(&tree.info.species);
-    let bark = bark_material(&habit, look);
-    let bare = !look.leaves || habit.hanging(look.season) <= 0.0;
-    let foliage = if bare { Vec::new() } else { foliage(tree, &habit, look) };
-    Ok(Dressed { wood, bark, foliage })
+    Ok(Wardrobe::new(&tree.info.species, look)?.dress(tree, wood, look.lod))
+}
+
+impl Wardrobe {
+    /// Paints what trees of a species are made of. Of a blend, such as `oak:0.7,willow:0.3`, the
+    /// greatest share counts; an unknown species looks like the beech.
+    ///
+    /// # Errors
+    ///
+    /// When `look` does not pass [`Look::validate`].
+    pub fn new(species: &str, look: &Look) -> Result<Self, LookError> {
+        look.validate()?;
+        let habit = habit(species);
+        let bare = !look.leaves || habit.hanging(look.season) <= 0.0;
+        let bark = bark_material(&habit, look);
+        let leaves = (!bare).then(|| Leaves::new(&habit, look));
+        Ok(Self { species: species.to_owned(), look: look.clone(), habit, bark, leaves })
+    }
+
+    /// Is it for this species and look? The level of detail does not matter.
+    #[must_use]
+    pub fn fits(&self, species: &str, look: &Look) -> bool {
+        self.species == species && Look { lod: look.lod, ..self.look.clone() } == *look
+    }
+
+    /// Gives a tree its leaves, and its leaves and wood their materials.
+    ///
+    /// `wood` is the tree's surface by [`wood`](crate::wood()) or [`tubes`](crate::tubes()), meshed
+    /// with a texture size of 1 m: that is what the pictures of bark show. `lod` is the level of
+    /// detail of the leaves, as in [`Look::lod`].
+    ///
+    /// Leaves stand on *shoots*: twigs of a year, which the branch graph does not have. A
+    /// [`Foliage`] is one kind of shoot with all its leaves, and its `leaves` are where such shoots
+    /// stand: on the internodes next to the tips, in the species' phyllotaxis. What is drawn for a
+    /// shoot is keyed by the tree's seed and the lineage of its node, so that pruning elsewhere
+    /// changes none. There is no foliage where the look wants none, and none in winter but of
+    /// evergreens.
+    #[must_use]
+    pub fn dress(&self, tree: &BranchGraph, wood: Mesh, lod: u8) -> Dressed {
+        let look = Look { lod, ..self.look.clone() };
+        let foliage = self.leaves.as_ref().map(|leaves| leaves.foliage(tree, &self.habit, &look));
+        Dressed { wood, bark: self.bark.clone(), foliage: foliage.unwrap_or_default() }
+    }
 }
 
 fn bark_material(habit: &Habit, look: &Look) -> Material {
@@ -61,23 +107,35 @@ fn bark_material(habit: &Habit, look: &Look) -> Material {
     }
 }
 
-fn foliage(tree: &BranchGraph, habit: &Habit, look: &Look) -> Vec<Foliage> {
-    let noise = Noise::new(look.seed, 2);
-    let cards = cards(habit.frond, noise);
-    let canvas = leaf::paint(look.texture_size, &cards, &ink(habit, look), noise.other(7));
-    let material = Material {
-        name: format!("{} leaves", habit.species),
-        color: [1.0; 4],
-        color_image: Some(canvas.color_image(true)),
-        normal_image: Some(canvas.normal_image(false)),
-        roughness: 1.0,
-        roughness_image: Some(canvas.roughness_image()),
-        translucency: TRANSLUCENCY,
-        alpha_cutoff: Some(0.5),
-        double_sided: true,
-    };
-    let blade = blade::blade(habit, &cards, noise.other(8), look.lod > 0);
-    vec![Foliage { blade, leaves: shoots::shoots(tree, habit, look), material }]
+impl Leaves {
+    fn new(habit: &Habit, look: &Look) -> Self {
+        let noise = Noise::new(look.seed, 2);
+        let cards = cards(habit.frond, noise);
+        let canvas = leaf::paint(look.texture_size, &cards, &ink(habit, look), noise.other(7));
+        let material = Material {
+            name: format!("{} leaves", habit.species),
+            color: [1.0; 4],
+            color_image: Some(canvas.color_image(true)),
+            normal_image: Some(canvas.normal_image(false)),
+            roughness: 1.0,
+            roughness_image: Some(canvas.roughness_image()),
+            translucency: TRANSLUCENCY,
+            alpha_cutoff: Some(0.5),
+            double_sided: true,
+        };
+        Self { cards, noise, material }
+    }
+
+    fn foliage(&self, tree: &BranchGraph, habit: &Habit, look: &Look) -> Vec<Foliage> {
+        let kind = |(kind, leaves): (usize, Vec<Leaf>)| {
+            // Each kind shows every other card.
+            let own: Vec<&Card> = self.cards.iter().skip(kind).step_by(KINDS).collect();
+            let blade = blade::blade(habit, &own, self.noise.other(20 + kind as u32), look.lod > 0);
+            Foliage { blade, leaves, material: self.material.clone() }
+        };
+        let kinds = shoots(tree, habit, look).into_iter().enumerate();
+        kinds.filter(|(_, leaves)| !leaves.is_empty()).map(kind).collect()
+    }
 }
 
 /// What leaves are painted with in a season.
@@ -94,7 +152,7 @@ fn ink(habit: &Habit, look: &Look) -> Ink {
         blade: tints.blade,
         mottle: tints.mottle,
         vein: tints.vein,
-        turned: habit.autumn[0],
+        turned: habit.autumn,
         turning,
         dry: 0.35 * (1.0 - look.health),
         twig: habit.twig,

@@ -1,7 +1,7 @@
 //! Where the leafy shoots of a tree stand.
 
 use deeptree_graph::{
-    BranchGraph, Draws, Lineage, Node, NodeId, Purpose, Quat, Seed, Vec3, reaches,
+    BranchGraph, Draws, Lineage, Mat3, Node, NodeId, Purpose, Quat, Seed, Vec3, reaches,
 };
 
 use super::habit::Habit;
@@ -13,11 +13,12 @@ use crate::wood::limbs::goes_on;
 /// Shoots are not shorter or longer than their species' by more than this share.
 const SPREAD: f32 = 0.25;
 
-/// The shoots of a tree, node by node.
+/// The shoots of a tree by their kinds, node by node.
 ///
 /// They stand on the internodes near the tips. What is drawn for a shoot is keyed by the lineage of
 /// its node and its number there: neither other branches nor the density or the season moves it.
-pub(crate) fn shoots(tree: &BranchGraph, habit: &Habit, look: &Look) -> Vec<Leaf> {
+/// Coarser levels of detail have some of the shoots, which are larger.
+pub(crate) fn shoots(tree: &BranchGraph, habit: &Habit, look: &Look) -> [Vec<Leaf>; KINDS] {
     let seed = Seed(tree.info.seed);
     let reaches = reaches(tree);
     let mut lineages: Vec<Lineage> = Vec::with_capacity(tree.len());
@@ -31,7 +32,36 @@ pub(crate) fn shoots(tree: &BranchGraph, habit: &Habit, look: &Look) -> Vec<Leaf
             on_internode(tree, id as NodeId, habit, look, &draws, &mut all);
         }
     }
-    all
+    thinned(all, look)
+}
+
+/// How many kinds of shoots a tree has.
+pub(crate) const KINDS: usize = 2;
+
+/// A shoot that was drawn.
+struct Drawn {
+    leaf: Leaf,
+    kind: usize,
+    /// It is left out where the share of shoots is not above this number in [0, 1).
+    detail: f32,
+}
+
+/// The shoots of a level of detail and a density, scaled so that they have the area of all times
+/// the density; at the finest level and density 1, all of them as they are.
+fn thinned(mut all: Vec<Drawn>, look: &Look) -> [Vec<Leaf>; KINDS] {
+    let squares = |all: &[Drawn]| -> f64 {
+        all.iter().map(|drawn| f64::from(drawn.leaf.scale) * f64::from(drawn.leaf.scale)).sum()
+    };
+    let share = look.kept() * look.density;
+    let wanted = squares(&all) * f64::from(look.density);
+    all.retain(|drawn| drawn.detail < share);
+    let left = squares(&all);
+    let factor = if left > 0.0 { libm::sqrt(wanted / left) as f32 } else { 1.0 };
+    let mut kinds = [const { Vec::new() }; KINDS];
+    for Drawn { leaf, kind, .. } in all {
+        kinds[kind].push(Leaf { scale: leaf.scale * factor, ..leaf });
+    }
+    kinds
 }
 
 /// The curve that the wood of an internode follows, as a cubic Hermite curve.
@@ -75,7 +105,7 @@ fn on_internode(
     habit: &Habit,
     look: &Look,
     draws: &Draws,
-    all: &mut Vec<Leaf>,
+    all: &mut Vec<Drawn>,
 ) {
     let node = tree.node(id);
     let (front, up) = (node.front(), node.up());
@@ -86,6 +116,7 @@ fn on_internode(
     let course = Course::of(tree, id);
     let mut own = draws.clone();
     let start = (own.uniform() * core::f64::consts::TAU) as f32;
+    let patch = own.index(KINDS);
     // Whole nodes of the shoot's phyllotaxis; what is left over is drawn.
     let many = habit.phyllotaxis.at_a_node();
     let wanted = f64::from(habit.shoots * node.length) / f64::from(many);
@@ -102,33 +133,31 @@ fn on_internode(
         let (sin, cos) = libm::sincosf(habit.angle * (0.8 + 0.4 * draw()));
         let along = front * cos + out * sin;
         let foot = course.at(t) + out * (0.6 * node.thickness.max(0.0));
-        all.extend(shoot(id, foot, along, out, habit, look, &mut draws));
+        all.extend(shoot((id, patch), foot, along, out, habit, look, &mut draws));
     }
     if node.child_count() == 0 {
         let mut draws = draws.clone().at(0);
         let foot = node.position - front * 0.01;
-        all.extend(shoot(id, foot, front, up, habit, look, &mut draws));
+        all.extend(shoot((id, patch), foot, front, up, habit, look, &mut draws));
     }
 }
 
-/// One shoot, unless it is left out at this level of detail or has lost its leaves.
+/// One shoot, unless it has lost its leaves.
 fn shoot(
-    node: NodeId,
+    (node, patch): (NodeId, usize),
     foot: Vec3,
     along: Vec3,
     out: Vec3,
     habit: &Habit,
     look: &Look,
     draws: &mut Draws,
-) -> Option<Leaf> {
+) -> Option<Drawn> {
     let mut draw = || draws.uniform() as f32;
     let (size, roll) = (draw(), draw() - 0.5);
     let sway = Vec3::new(draw() - 0.5, draw() - 0.5, draw() - 0.5);
-    let (detail, fallen, dead) = (draw(), draw(), draw());
-    // Denser crowns have more shoots up to what there is, then larger ones.
-    let kept = (look.kept() * look.density).min(1.0);
+    let (detail, fallen, dead, kind) = (draw(), draw(), draw(), draw());
     let alive = 1.0 - 0.75 * (1.0 - look.health);
-    if detail >= kept || fallen >= habit.hanging(look.season) || dead >= alive {
+    if fallen >= habit.hanging(look.season) || dead >= alive {
         return None;
     }
     let along = (along + Vec3::Y * habit.light + sway * 0.35).try_normalize()?;
@@ -140,13 +169,9 @@ fn shoot(
     let (sin, cos) = libm::sincosf(roll * 1.2);
     let (up, right) = (up * cos + right * sin, right * cos - up * sin);
     let grown = habit.unfolded(look.season);
-    let share = libm::sqrtf(look.density / kept * look.kept());
-    let lod = 1.0 / libm::sqrtf(look.kept());
-    let scale = habit.length * (1.0 + SPREAD * (2.0 * size - 1.0)) * grown * share * lod;
-    Some(Leaf {
-        position: foot,
-        rotation: Quat::from_mat3(&deeptree_graph::Mat3::from_cols(right, up, -along)).normalize(),
-        scale,
-        node,
-    })
+    let scale = habit.whole_length() * (1.0 + SPREAD * (2.0 * size - 1.0)) * grown;
+    let rotation = Quat::from_mat3(&Mat3::from_cols(right, up, -along)).normalize();
+    // Neighbours are mostly of one kind.
+    let kind = if kind < 0.7 { patch } else { 1 - patch };
+    Some(Drawn { leaf: Leaf { position: foot, rotation, scale, node }, kind, detail })
 }

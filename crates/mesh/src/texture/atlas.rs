@@ -13,6 +13,7 @@ pub(crate) const TWIG: Rect = [0.965, 0.0, 1.0, 1.0];
 const ROOM: f32 = 0.95;
 
 /// One card: its drawing, and where its foot lies and how large it is in the texture.
+#[derive(Debug)]
 pub(crate) struct Card {
     pub(crate) drawing: Drawing,
     /// The foot, in units of the texture.
@@ -36,7 +37,7 @@ impl Card {
 pub(crate) fn cards(frond: Frond, noise: Noise) -> Vec<Card> {
     let rows = match frond {
         Frond::Leaf { .. } => 2,
-        Frond::Pinnate { .. } | Frond::Twig { .. } | Frond::Needles { .. } => 1,
+        Frond::Pinnate { .. } | Frond::Twig(_) | Frond::Needles { .. } => 1,
     };
     let (wide, tall) = (ROOM / 2.0, 1.0 / rows as f32);
     (0..2 * rows)

@@ -112,11 +112,11 @@ fn interlaced([x, y]: [f32; 2], [across, up]: [i32; 2], depth: f32, noise: Noise
     let (u, v) = (x * across as f32, y * up as f32);
     // Distance from the nearest line of a family, 0 on it to 1 between two.
     let line = |place: f32| 1.0 - (2.0 * (place - libm::floorf(place)) - 1.0).abs();
-    let first = line(0.5 * (u + v) + 0.9 * bend + 0.12 * fray);
-    let second = line(0.5 * (u - v) + 0.9 * other - 0.12 * fray);
+    let first = line(0.5 * (u + v) + 0.65 * bend + 0.12 * fray);
+    let second = line(0.5 * (u - v) + 0.65 * other - 0.12 * fray);
     let fades = cloud(noise.other(8), [x, y], [across / 2, up], 2);
     let wide = 0.46 + 0.16 * fray;
-    let cut = |far: f32, fade: f32| step(wide, 0.04, far) * step(-0.30, 0.12, fade);
+    let cut = |far: f32, fade: f32| step(wide, 0.10, far) * step(-0.35, 0.05, fade);
     let stands = 1.0 - cut(first, fades).max(cut(second, 0.1 - fades));
     let lines = cloud(noise.other(4), [x + 0.012 * bend, y], [5 * across, 2 * up], 4);
     let rough = cloud(noise.other(5), [x, y], [96, 72], 3);

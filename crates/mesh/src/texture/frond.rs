@@ -12,13 +12,29 @@ pub(crate) enum Frond {
     Leaf { form: Form, petiole: f32 },
     /// A leaf of opposite leaflets and one at the end.
     Pinnate { form: Form, pairs: u32 },
-    /// A twig with alternate leaves of a length, at an angle to it in radians, twisted or not.
-    Twig { form: Form, leaves: u32, length: f32, angle: f32, twist: f32 },
+    /// A twig with alternate leaves.
+    Twig(Spray),
     /// A twig full of needles of a length.
     Needles { fascicles: u32, length: f32 },
 }
 
+/// The leaves of a twig.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Spray {
+    pub(crate) form: Form,
+    pub(crate) leaves: u32,
+    /// Length of leaves as a share of the card's.
+    pub(crate) length: f32,
+    /// Their angle to the twig in radians.
+    pub(crate) angle: f32,
+    /// How much twig and leaves twist: 0 to 1.
+    pub(crate) twist: f32,
+    /// How much leaves crowd towards the tip: 0 to 1.
+    pub(crate) crowd: f32,
+}
+
 /// One blade in its place.
+#[derive(Debug)]
 pub(crate) struct Lamina {
     pub(crate) outline: Vec<[f32; 2]>,
     pub(crate) veins: Vec<Stroke>,
@@ -56,7 +72,7 @@ impl Seat {
 }
 
 /// Everything that a card shows, in the order in which it is painted.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Drawing {
     pub(crate) laminae: Vec<Lamina>,
     /// Petioles, rachises and twigs.
@@ -110,10 +126,7 @@ impl Frond {
         match self {
             Self::Leaf { form, petiole } => leaf(&mut drawing, form, petiole, noise),
             Self::Pinnate { form, pairs } => pinnate(&mut drawing, form, pairs, noise),
-            Self::Twig { form, leaves, length, angle, twist } => {
-                let spray = Spray { leaves, length, angle, twist };
-                twig(&mut drawing, form, &spray, noise);
-            }
+            Self::Twig(spray) => twig(&mut drawing, &spray, noise),
             Self::Needles { fascicles, length } => needles(&mut drawing, fascicles, length, noise),
         }
         drawing
@@ -150,16 +163,8 @@ fn pinnate(drawing: &mut Drawing, form: Form, pairs: u32, noise: Noise) {
     drawing.blade(form, seat, noise.other(99));
 }
 
-/// The leaves of a twig.
-struct Spray {
-    leaves: u32,
-    length: f32,
-    angle: f32,
-    twist: f32,
-}
-
-fn twig(drawing: &mut Drawing, form: Form, spray: &Spray, noise: Noise) {
-    let &Spray { leaves, length, angle, twist } = spray;
+fn twig(drawing: &mut Drawing, spray: &Spray, noise: Noise) {
+    let &Spray { form, leaves, length, angle, twist, crowd } = spray;
     let top = 1.0 - 0.8 * length;
     let sway = |y: f32| 0.03 * (1.0 + 4.0 * twist) * libm::sinf((5.0 + 6.0 * twist) * y);
     let stem: Vec<[f32; 2]> =
@@ -168,7 +173,7 @@ fn twig(drawing: &mut Drawing, form: Form, spray: &Spray, noise: Noise) {
     for k in 0..leaves {
         let draw = noise.other(k).at(5, 5);
         let share = (k as f32 + 0.6 * draw) / leaves as f32;
-        let y = 0.06 + (top - 0.06) * share;
+        let y = 0.06 + (top - 0.06) * libm::powf(share, 1.0 - 0.6 * crowd);
         let side = if k % 2 == 0 { 1.0 } else { -1.0 };
         let angle = side * (angle + 0.35 * (draw - 0.5));
         let bend = -side * 0.5 * angle + twist * 3.0 * (draw - 0.5);

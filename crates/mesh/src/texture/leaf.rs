@@ -15,8 +15,9 @@ pub(crate) struct Ink {
     pub(crate) mottle: Rgb,
     /// Midrib, veins and petiole.
     pub(crate) vein: Rgb,
-    /// The colour that leaves turn to, and how far they have: 0 not at all, 1 wholly.
-    pub(crate) turned: Rgb,
+    /// The colours that leaves turn to, card by card in turns, and how far they have: 0 not at all,
+    /// 1 wholly.
+    pub(crate) turned: [Rgb; 2],
     pub(crate) turning: f32,
     /// Share of the blade that is dry.
     pub(crate) dry: f32,
@@ -34,17 +35,20 @@ const WIDE: [i32; 2] = [4096, 4096];
 /// Paints cards on a canvas, and the twig's bark at its edge.
 pub(crate) fn paint(side: u32, cards: &[Card], ink: &Ink, noise: Noise) -> Canvas {
     let mut canvas = Canvas::new(side, ink.blade, ink.roughness);
-    for card in cards {
+    for (number, card) in cards.iter().enumerate() {
+        let turned = ink.turned[number % 2];
+        // The second kind is a little lighter and yellower.
+        let tone = if number % 2 == 0 { [1.0; 3] } else { [1.12, 1.06, 0.95] };
         for stroke in &card.drawing.stems {
             stem(&mut canvas, card, stroke, ink.vein.map(|x| 0.8 * x));
         }
         for lamina in &card.drawing.laminae {
-            blade(&mut canvas, card, lamina, ink);
+            blade(&mut canvas, card, lamina, ink, (turned, tone));
         }
         for (k, stroke) in card.drawing.needles.iter().enumerate() {
             let draw = noise.at(k as i32, 41);
             let turn = step(1.0 - ink.turning, 1.2 - ink.turning, noise.at(k as i32, 42));
-            let color = blend(blend(ink.blade, ink.mottle, draw), ink.turned, turn);
+            let color = blend(blend(ink.blade, ink.mottle, draw), turned, turn);
             stem(&mut canvas, card, stroke, color);
         }
     }
@@ -156,7 +160,7 @@ fn venation(side: u32, card: &Card, lamina: &Lamina, mask: &Mask) -> Venation {
 }
 
 /// Paints a blade over what is there.
-fn blade(canvas: &mut Canvas, card: &Card, lamina: &Lamina, ink: &Ink) {
+fn blade(canvas: &mut Canvas, card: &Card, lamina: &Lamina, ink: &Ink, (turned, tint): (Rgb, Rgb)) {
     let side = canvas.side;
     let outline: Vec<[f32; 2]> = lamina.outline.iter().map(|&p| place(card, p)).collect();
     let mask = Mask::of(side, &outline);
@@ -186,7 +190,9 @@ fn blade(canvas: &mut Canvas, card: &Card, lamina: &Lamina, ink: &Ink) {
         let mut color = blend(ink.blade, ink.mottle, (0.5 + 0.7 * cloud).clamp(0.0, 1.0));
         // What is far from the veins turns first.
         let turn = turning * 2.2 - 1.1 + 0.5 * cloud + 0.35 * (1.0 - 2.0 * veins.near[k]);
-        color = blend(color, ink.turned, step(-0.35, 0.35, turn));
+        color = core::array::from_fn(|k| color[k] * tint[k]);
+        let fall = scaled(turned, 1.0 + 0.30 * cloud - 0.10 * veins.near[k]);
+        color = blend(color, fall, step(-0.35, 0.35, turn));
         color = scaled(color, tone * (1.0 + 0.09 * grain));
         color = blend(color, ink.vein, 0.18 * mesh + 0.62 * veins.line[k]);
         let spot = noise.other(3).cloud(own.map(|x| 7.0 * x), WIDE, 4);

@@ -29,6 +29,11 @@ fn split(x: f32) -> (i32, f32) {
     (whole, x - whole as f32)
 }
 
+/// A lattice coordinate within the period; most are, and a division takes long.
+fn wrap(i: i32, period: i32) -> i32 {
+    if (0..period).contains(&i) { i } else { i.rem_euclid(period) }
+}
+
 fn ease(t: f32) -> f32 {
     t * t * t * (t * (6.0 * t - 15.0) + 10.0)
 }
@@ -58,7 +63,7 @@ impl Noise {
     /// A smooth field with values in −1 to 1 that repeats after `period` whole steps.
     pub(crate) fn value(self, p: [f32; 2], period: [i32; 2]) -> f32 {
         let ((i, u), (j, v)) = (split(p[0]), split(p[1]));
-        let (i, j) = (i.rem_euclid(period[0]), j.rem_euclid(period[1]));
+        let (i, j) = (wrap(i, period[0]), wrap(j, period[1]));
         let next = |k: i32, period: i32| if k + 1 == period { 0 } else { k + 1 };
         let (i1, j1) = (next(i, period[0]), next(j, period[1]));
         let (u, v) = (ease(u), ease(v));
@@ -91,7 +96,7 @@ impl Noise {
         let (mut best, mut near) = (0, f32::INFINITY);
         for (k, point) in points.iter_mut().enumerate() {
             let (di, dj) = (k as i32 % 3 - 1, k as i32 / 3 - 1);
-            let at = ((i + di).rem_euclid(period[0]), (j + dj).rem_euclid(period[1]));
+            let at = (wrap(i + di, period[0]), wrap(j + dj, period[1]));
             let id = self.at(at.0, at.1);
             let x = di as f32 + 0.5 + jitter * (id - 0.5) - u;
             let y = dj as f32 + 0.5 + jitter * (shift.at(at.0, at.1) - 0.5) - v;

@@ -260,7 +260,7 @@ mod tests {
         for (form, low, high) in [
             (Form::Beech, 0.6, 0.75),
             (Form::Leaflet, 0.6, 0.78),
-            (Form::Lance, 0.55, 0.72),
+            (Form::Lance, 0.55, 0.75),
             (Form::Oak, 0.45, 0.7),
             (Form::Maple, 0.3, 0.55),
             (Form::Tulip, 0.55, 0.8),

@@ -16,7 +16,15 @@ pub struct SkeletonFit {
     pub recall: f64,
     /// The same, by Gravelius order of the true branches; none where there is no such branch.
     pub recall_of_order: [Option<f64>; ORDERS],
+    /// Of the recalled part, the share whose way to the foot is as long as in truth, to within
+    /// [`SAME_WAY`]: branches that are there, and hang where they belong.
+    pub same_way: f64,
+    /// Of the recalled part, the share whose order is the true one.
+    pub same_order: f64,
 }
+
+/// How much the length of a way may differ and still be the same, as a share of it.
+pub const SAME_WAY: f32 = 0.05;
 
 impl SkeletonFit {
     /// Compares a skeleton with the true one in the same frame; tolerance in metres, above 0.
@@ -39,7 +47,21 @@ impl SkeletonFit {
             }
             (all > 0.0).then(|| found / all)
         };
+        let (mut all, mut same, mut order) = (0.0, 0.0, 0.0);
+        for (i, &place) in truth.places.iter().enumerate() {
+            let near = near_made.nearest(place);
+            if let Some((k, _)) = near.filter(|(_, squared)| *squared <= tolerance * tolerance) {
+                let (own, other) = (truth.ways[i], made.ways[k as usize]);
+                all += truth.lengths[i];
+                let is_same = (own - other).abs() <= SAME_WAY * own + tolerance;
+                same += if is_same { truth.lengths[i] } else { 0.0 };
+                let is_same = truth.orders[i] == made.orders[k as usize];
+                order += if is_same { truth.lengths[i] } else { 0.0 };
+            }
+        }
         Self {
+            same_way: if all > 0.0 { same / all } else { 0.0 },
+            same_order: if all > 0.0 { order / all } else { 0.0 },
             precision: share(&made, &near_truth, None).unwrap_or(0.0),
             recall: share(&truth, &near_made, None).unwrap_or(0.0),
             recall_of_order: std::array::from_fn(|order| share(&truth, &near_made, Some(order))),
@@ -59,16 +81,19 @@ struct Steps {
     places: Vec<Vec3>,
     lengths: Vec<f64>,
     orders: Vec<usize>,
+    /// Lengths of the ways to the foot.
+    ways: Vec<f32>,
 }
 
 impl Steps {
     fn of(tree: &BranchGraph, step: f32) -> Self {
-        let mut steps = Self { places: Vec::new(), lengths: Vec::new(), orders: Vec::new() };
+        let mut steps = Self { places: Vec::new(), lengths: Vec::new(), orders: Vec::new(), ways: Vec::new() };
         for node in tree.nodes() {
             let pieces = libm::ceilf(node.length / step).clamp(1.0, 1e6) as u32;
             for piece in 0..pieces {
                 let share = (piece as f32 + 0.5) / pieces as f32;
                 steps.places.push(node.base().lerp(node.position, share));
+                steps.ways.push(node.root_distance - node.length * (1.0 - share));
                 steps.lengths.push(f64::from(node.length) / f64::from(pieces));
                 steps.orders.push(usize::from(node.order).min(ORDERS - 1));
             }

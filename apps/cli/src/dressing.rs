@@ -1,0 +1,10 @@
+//! Trees as they are looked at in pictures.
+
+use anyhow::Result;
+use deeptree_graph::BranchGraph;
+use deeptree_mesh::{Dressed, Look, WoodOptions, dress, wood};
+
+/// The surface of a tree, its leaves if it has any, and what they are made of.
+pub(crate) fn dressed(tree: &BranchGraph, look: &Look) -> Result<Dressed> {
+    Ok(dress(tree, wood(tree, &WoodOptions::lod(look.lod)), look)?)
+}

@@ -1,0 +1,58 @@
+//! Leaves and textures through the real command.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use common::Desk;
+use serde_json::Value;
+
+/// The description in a GLB file.
+fn description(desk: &Desk, name: &str) -> Value {
+    let bytes = desk.read(name);
+    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    serde_json::from_slice(&bytes[20..20 + length]).unwrap()
+}
+
+fn count(description: &Value, what: &str) -> usize {
+    description[what].as_array().map_or(0, Vec::len)
+}
+
+const SMALL: [&str; 6] = ["--age", "12", "--texture-size", "256", "--seed", "3"];
+
+fn grow(desk: &Desk, species: &str, more: &[&str], out: &str) {
+    let words = [&["grow", species, "-q", "-o", out], &SMALL[..], more].concat();
+    desk.ok(&words);
+}
+
+#[test]
+fn leaves_and_textures_come_where_they_are_asked_for() {
+    let desk = Desk::new();
+    desk.ok(&["grow", "oak", "--age", "12", "-q", "-o", "plain.glb"]);
+    grow(&desk, "oak", &[], "bark.glb");
+    grow(&desk, "oak", &["--leaves"], "summer.glb");
+    grow(&desk, "oak", &["--season", "autumn"], "autumn.glb");
+    grow(&desk, "oak", &["--season", "winter"], "winter.glb");
+    grow(&desk, "pine", &["--season", "winter"], "pine.glb");
+    let counts = |name: &str| {
+        let description = description(&desk, name);
+        (count(&description, "materials"), count(&description, "images"))
+    };
+    assert_eq!(counts("plain.glb"), (1, 0));
+    // Colour, normal and roughness of each material.
+    assert_eq!([counts("bark.glb"), counts("winter.glb")], [(1, 3); 2]);
+    for name in ["summer.glb", "autumn.glb", "pine.glb"] {
+        assert_eq!(counts(name), (2, 6), "{name}");
+    }
+    assert!(desk.read("summer.glb") != desk.read("autumn.glb"));
+}
+
+#[test]
+fn a_tree_of_a_batch_is_dressed_as_by_itself() {
+    let desk = Desk::new();
+    let words = ["--leaves", "--count", "3", "--threads", "2"];
+    grow(&desk, "maple", &words, "maples");
+    let alone = ["grow", "maple", "--age", "12", "--texture-size", "256", "--leaves"];
+    desk.ok(&[&alone[..], &["--seed", "5", "-q", "-o", "alone.glb"]].concat());
+    assert!(desk.read("maples/maple-5.glb") == desk.read("alone.glb"));
+}

@@ -1,0 +1,92 @@
+//! GLB files are shown by three.js: without an error, with their leaves and pictures, growing.
+//!
+//! Runs where Chromium, node and npm are; the packages are fetched once into the build folder.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use deeptree_export::gltf::{Document, Options};
+use deeptree_export::{Subject, Unfolding};
+
+const PACKAGES: [&str; 2] = ["three@0.187.0", "puppeteer-core@25.16.0"];
+
+/// The folder with the packages, and the browser; none, with a line about it, where they cannot be
+/// had.
+fn browser() -> Option<(PathBuf, PathBuf)> {
+    let found = std::env::var_os("PATH").and_then(|path| {
+        let places = std::env::split_paths(&path);
+        places.map(|place| place.join("chromium")).find(|browser| browser.is_file())
+    });
+    let Some(browser) = found else {
+        eprintln!("skipped: chromium not found");
+        return None;
+    };
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("three");
+    if folder.join("node_modules/puppeteer-core/package.json").exists() {
+        return Some((folder, browser));
+    }
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("package.json"), "{}").unwrap();
+    let install = Command::new("npm")
+        .args(["install", "--no-audit", "--no-fund", "--prefix"])
+        .arg(&folder)
+        .args(PACKAGES)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    let installed = install.is_ok_and(|status| status.success());
+    if !installed {
+        eprintln!("skipped: npm could not install {PACKAGES:?}");
+    }
+    installed.then_some((folder, browser))
+}
+
+#[test]
+fn three_js_shows_trees_without_complaint() {
+    let Some((packages, browser)) = browser() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let (tree, dressed) = common::dressed(1, 300);
+    let subject = Subject::from(&dressed);
+    let unfolding = Unfolding::new(&tree, 6.0);
+    let copies = Options { instancing: true, ..Options::default() };
+    let documents = [
+        Document::new(subject, &tree.info, Options::default()).unwrap(),
+        Document::new(subject, &tree.info, copies).unwrap(),
+        Document::unfolding(subject, &unfolding, &tree.info, Options::default()).unwrap(),
+    ];
+    let write = |(i, document): (usize, Document<'_>)| {
+        let path = folder.path().join(format!("{i}.glb"));
+        let mut bytes = Vec::new();
+        document.write_glb(&mut bytes).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        path
+    };
+    let paths: Vec<PathBuf> = documents.into_iter().enumerate().map(write).collect();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser.mjs");
+    let mut command = Command::new("node");
+    command.arg(script).arg(packages).arg(browser).arg("-").args(paths);
+    let output = command.stderr(Stdio::inherit()).output().unwrap();
+    assert!(output.status.success(), "the browser did not run to its end");
+    let text = String::from_utf8(output.stdout).unwrap();
+    let rows: Vec<serde_json::Value> =
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(rows.len(), 3);
+
+    let leaves: usize = dressed.foliage.iter().map(|kind| 2 * kind.leaves.len()).sum();
+    for row in &rows {
+        assert_eq!(row["errors"], serde_json::json!([]), "{row:#}");
+        assert_eq!(row["triangles"], dressed.wood.triangle_count() + leaves, "{row:#}");
+        assert_eq!(row["maps"], 3 + 2 + 2, "{row:#}");
+    }
+    let shown = |row: usize, frame: usize| rows[row]["frames"][frame]["shown"].as_u64().unwrap();
+    assert!(shown(0, 0) > 100, "{:#}", rows[0]);
+    // Copies and surfaces of their own are the same picture, up to rounding.
+    assert!(shown(0, 0).abs_diff(shown(1, 0)) * 50 < shown(0, 0), "{:#}", rows[1]);
+    assert_eq!(rows[2]["animations"], 1);
+    assert!(shown(2, 0) < shown(2, 1) && shown(2, 1) < shown(2, 2), "{:#}", rows[2]);
+    assert_eq!(shown(2, 2), shown(0, 0));
+}

@@ -1,0 +1,286 @@
+//! A tree, its light and the ground, ready to be looked at.
+
+use deeptree_graph::NodeId;
+use deeptree_mesh::{Dressed, Material};
+use glam::{Vec2, Vec3, Vec4};
+
+use crate::bsdf::Bsdf;
+use crate::error::RenderError;
+use crate::geometry::{Geometry, Hit, What, world_from_blade};
+use crate::ggx::Ggx;
+use crate::ground::Ground;
+use crate::light::Light;
+use crate::ray::Ray;
+use crate::texture::Texture;
+
+/// A tree, its light and the ground, ready to be looked at.
+pub struct Scene<'a> {
+    tree: &'a Dressed,
+    geometry: Geometry,
+    bark: Look<'a>,
+    leaves: Vec<Look<'a>>,
+    pub(crate) light: Light,
+    pub(crate) ground: Ground,
+}
+
+/// A material with its pictures checked.
+struct Look<'a> {
+    material: &'a Material,
+    color: Option<Texture<'a>>,
+    normal: Option<Texture<'a>>,
+    roughness: Option<Texture<'a>>,
+    /// Where its surface has holes, they begin below this alpha.
+    cutoff: Option<f32>,
+}
+
+/// A place that a ray met.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Surface {
+    pub(crate) point: Vec3,
+    /// Of the triangle, on the side the ray came from.
+    pub(crate) normal: Vec3,
+    /// Local frame of the shading: the last is its normal.
+    frame: [Vec3; 3],
+    pub(crate) bsdf: Bsdf,
+    pub(crate) label: Label,
+}
+
+/// What is seen at a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Label {
+    Ground,
+    Wood(NodeId),
+    Leaf(NodeId),
+}
+
+impl<'a> Scene<'a> {
+    /// Prepares a tree for rays.
+    ///
+    /// # Errors
+    ///
+    /// When the tree has no surface, or its meshes or materials contradict themselves.
+    pub fn new(tree: &'a Dressed, light: Light, ground: Ground) -> Result<Self, RenderError> {
+        Ok(Self {
+            tree,
+            geometry: Geometry::new(tree)?,
+            bark: Look::new(&tree.bark)?,
+            leaves: tree
+                .foliage
+                .iter()
+                .map(|f| Look::new(&f.material))
+                .collect::<Result<_, _>>()?,
+            light,
+            ground,
+        })
+    }
+
+    /// The tree that is looked at.
+    #[must_use]
+    pub fn tree(&self) -> &Dressed {
+        self.tree
+    }
+
+    /// Points that what is seen of the tree lies between: all vertices of wood and leaves.
+    pub fn points(&self) -> impl Iterator<Item = Vec3> + Clone + '_ {
+        points(self.tree)
+    }
+
+    /// What the ray meets first.
+    pub(crate) fn meet(&self, ray: &Ray) -> Option<Surface> {
+        let ground = self.ground.meet(ray);
+        let ahead = Ray { most: ground.unwrap_or(ray.most), ..*ray };
+        if let Some(hit) = self.geometry.first(&ahead, |hit| self.is_there(hit)) {
+            return Some(self.surface(&hit, -ray.direction));
+        }
+        ground.map(|distance| {
+            let mut point = ray.origin + ray.direction * distance;
+            point.y = 0.0;
+            Surface::new(point, Vec3::Y, Vec3::Y, self.ground.bsdf(point), Label::Ground)
+        })
+    }
+
+    /// Does the ray get away?
+    pub(crate) fn is_free(&self, ray: &Ray) -> bool {
+        self.ground.meet(ray).is_none() && !self.geometry.any(ray, |hit| self.is_there(hit))
+    }
+
+    /// Is anything of the tree in the way?
+    pub(crate) fn is_shaded(&self, ray: &Ray) -> bool {
+        self.geometry.any(ray, |hit| self.is_there(hit))
+    }
+
+    /// Is there a surface, and no hole?
+    fn is_there(&self, hit: &Hit) -> bool {
+        let look = self.look(hit.what);
+        let Some(cutoff) = look.cutoff else { return true };
+        let alpha = look.material.color[3]
+            * look.color.map_or(1.0, |texture| texture.alpha(self.corners(hit).uv));
+        alpha >= cutoff
+    }
+
+    fn look(&self, what: What) -> &Look<'a> {
+        match what {
+            What::Wood { .. } => &self.bark,
+            What::Leaf { kind, .. } => &self.leaves[kind as usize],
+        }
+    }
+
+    fn surface(&self, hit: &Hit, towards: Vec3) -> Surface {
+        let look = self.look(hit.what);
+        let Corners { mut point, edges: [b, c], mut normal, uv, uv_edges, label } =
+            self.corners(hit);
+        let mut flat = b.cross(c).try_normalize().unwrap_or(normal);
+        let mut along_u = uv_edges[1].y * b - uv_edges[0].y * c;
+        let mut along_v = uv_edges[0].x * c - uv_edges[1].x * b;
+        let turn = uv_edges[0].perp_dot(uv_edges[1]);
+        if turn < 0.0 {
+            (along_u, along_v) = (-along_u, -along_v);
+        }
+        if let What::Leaf { kind, number, .. } = hit.what {
+            let leaf = &self.tree.foliage[kind as usize].leaves[number as usize];
+            point = world_from_blade(leaf, point);
+            for direction in [&mut normal, &mut flat, &mut along_u, &mut along_v] {
+                *direction = leaf.rotation * *direction;
+            }
+        }
+        let normal = normal.try_normalize().unwrap_or(flat);
+        let mut shading = look.bump(uv, normal, along_u, along_v);
+        if flat.dot(towards) < 0.0 {
+            flat = -flat;
+        }
+        if shading.dot(flat) < 0.0 {
+            shading = -shading;
+        }
+        // Bent so that the side that is looked at is not turned away.
+        let facing = shading.dot(towards);
+        const LEAST: f32 = 0.02;
+        if facing < LEAST {
+            shading = (shading + towards * (LEAST - facing)).try_normalize().unwrap_or(flat);
+        }
+        Surface::new(point, flat, shading, look.bsdf(uv), label)
+    }
+
+    /// What lies at a hit, in the space of its triangles.
+    fn corners(&self, hit: &Hit) -> Corners {
+        let [v, w] = hit.meeting.weights;
+        let weights = [1.0 - v - w, v, w];
+        let (positions, normals, uvs, [i, j, k], label) = match hit.what {
+            What::Wood { triangle } => {
+                let wood = &self.tree.wood;
+                let t = wood.indices.as_chunks::<3>().0[triangle as usize].map(|i| i as usize);
+                let node = wood.nodes[t[0]];
+                (&wood.positions, &wood.normals, &wood.uvs, t, Label::Wood(node))
+            }
+            What::Leaf { kind, number, triangle } => {
+                let foliage = &self.tree.foliage[kind as usize];
+                let blade = &foliage.blade;
+                let t = blade.indices.as_chunks::<3>().0[triangle as usize].map(|i| i as usize);
+                let node = foliage.leaves[number as usize].node;
+                (&blade.positions, &blade.normals, &blade.uvs, t, Label::Leaf(node))
+            }
+        };
+        let mix = |of: &[Vec3]| of[i] * weights[0] + of[j] * weights[1] + of[k] * weights[2];
+        let [p, q, r] = [i, j, k].map(|i| Vec2::from(uvs[i]));
+        Corners {
+            point: mix(positions),
+            edges: [positions[j] - positions[i], positions[k] - positions[i]],
+            normal: mix(normals),
+            uv: (p * weights[0] + q * weights[1] + r * weights[2]).into(),
+            uv_edges: [q - p, r - p],
+            label,
+        }
+    }
+}
+
+/// Points that what is seen of a tree lies between: all vertices of wood and leaves.
+pub fn points(tree: &Dressed) -> impl Iterator<Item = Vec3> + Clone + '_ {
+    let leaves = tree.foliage.iter().flat_map(|foliage| {
+        let blade = &foliage.blade.positions;
+        foliage
+            .leaves
+            .iter()
+            .flat_map(move |leaf| blade.iter().map(move |&p| world_from_blade(leaf, p)))
+    });
+    tree.wood.positions.iter().copied().chain(leaves)
+}
+
+/// What a triangle says of a place on it.
+struct Corners {
+    point: Vec3,
+    edges: [Vec3; 2],
+    normal: Vec3,
+    uv: [f32; 2],
+    uv_edges: [Vec2; 2],
+    label: Label,
+}
+
+impl<'a> Look<'a> {
+    fn new(material: &'a Material) -> Result<Self, RenderError> {
+        let name = &material.name;
+        let texture = |image: &'a Option<deeptree_mesh::Image>, is_srgb, what| {
+            image.as_ref().map(|image| Texture::new(image, is_srgb, name, what)).transpose()
+        };
+        Ok(Self {
+            material,
+            color: texture(&material.color_image, true, "colour")?,
+            normal: texture(&material.normal_image, false, "normal")?,
+            roughness: texture(&material.roughness_image, false, "roughness")?,
+            cutoff: material.alpha_cutoff,
+        })
+    }
+
+    fn bsdf(&self, uv: [f32; 2]) -> Bsdf {
+        let color = Vec4::from(self.material.color).truncate();
+        let albedo = color * self.color.map_or(Vec3::ONE, |texture| texture.sample(uv).truncate());
+        let roughness =
+            self.material.roughness * self.roughness.map_or(1.0, |texture| texture.sample(uv).x);
+        Bsdf {
+            albedo: albedo.clamp(Vec3::ZERO, Vec3::ONE),
+            translucency: self.material.translucency.clamp(0.0, 1.0),
+            coat: Some(Ggx::new(roughness)),
+        }
+    }
+
+    /// The normal with what the picture of normals says.
+    fn bump(&self, uv: [f32; 2], normal: Vec3, along_u: Vec3, along_v: Vec3) -> Vec3 {
+        let Some(texture) = self.normal else { return normal };
+        let square = |d: Vec3| (d - normal * normal.dot(d)).try_normalize();
+        let (Some(u), Some(v)) = (square(along_u), square(along_v)) else { return normal };
+        let bent = texture.sample(uv).truncate() * 2.0 - 1.0;
+        (u * bent.x + v * bent.y + normal * bent.z.max(0.05)).try_normalize().unwrap_or(normal)
+    }
+}
+
+impl Surface {
+    fn new(point: Vec3, flat: Vec3, shading: Vec3, bsdf: Bsdf, label: Label) -> Self {
+        let (tangent, bitangent) = shading.any_orthonormal_pair();
+        Self { point, normal: flat, frame: [tangent, bitangent, shading], bsdf, label }
+    }
+
+    /// The direction in which shading thinks the surface faces.
+    pub(crate) fn facing(&self) -> Vec3 {
+        self.frame[2]
+    }
+
+    pub(crate) fn to_local(&self, w: Vec3) -> Vec3 {
+        Vec3::from_array(self.frame.map(|axis| axis.dot(w)))
+    }
+
+    pub(crate) fn to_world(&self, w: Vec3) -> Vec3 {
+        let [t, b, n] = self.frame;
+        t * w.x + b * w.y + n * w.z
+    }
+
+    /// Does the triangle agree with shading about the side a direction is on?
+    pub(crate) fn agrees(&self, world: Vec3, local: Vec3) -> bool {
+        world.dot(self.normal) * local.z > 0.0
+    }
+
+    /// A ray that leaves the surface, on the side it goes to.
+    pub(crate) fn leave(&self, direction: Vec3) -> Ray {
+        // Beyond the rounding of positions and of intersections so far from the origin.
+        let gap = 2e-5 * self.point.abs().max_element().max(0.5);
+        let side = if direction.dot(self.normal) < 0.0 { -gap } else { gap };
+        Ray::new(self.point + self.normal * side, direction)
+    }
+}
