@@ -24,8 +24,15 @@ fn main() {
         if let Ok(c) = std::env::var("COVER") {
             options.cover = Some(c.parse().expect("number"));
         }
-        let model = deeptree_infer::Model::from_bytes(include_bytes!("../../../models/situated.safetensors")).unwrap();
-        if std::env::var("PRIOR").is_ok() { options.prior = Some(&model); options.complete = std::env::var("COMPLETE").is_ok(); options.species = std::env::var("SPECIES").ok(); }
+        let model = deeptree_infer::Model::from_bytes(include_bytes!(
+            "../../../models/situated.safetensors"
+        ))
+        .unwrap();
+        if std::env::var("PRIOR").is_ok() {
+            options.prior = Some(&model);
+            options.complete = std::env::var("COMPLETE").is_ok();
+            options.species = std::env::var("SPECIES").ok();
+        }
         let start = Instant::now();
         let made = reconstruct(&cloud, &options).expect("a tree");
         let seconds = start.elapsed().as_secs_f64();
@@ -52,7 +59,11 @@ fn main() {
             mesh.area(),
             made.tree.root().thickness,
         );
-        print!("  {} added {} figures {:?}\n", made.tree.info.species, made.completed, deeptree_reconstruct::Figures::of(&made.tree)
+        print!(
+            "  {} added {} figures {:?}\n",
+            made.tree.info.species,
+            made.completed,
+            deeptree_reconstruct::Figures::of(&made.tree)
         );
         if let Ok(out) = std::env::var("DUMP") {
             let name =

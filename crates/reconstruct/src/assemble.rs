@@ -1,6 +1,8 @@
 //! From a skeleton to a branch graph: at most three children a node, the apical one first.
 
-use deeptree_graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, Quat, TreeInfo, Vec3};
+use deeptree_graph::{
+    BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, Quat, TreeInfo, Vec3,
+};
 
 use crate::skeleton::{Joint, Skeleton};
 use crate::ways::NONE;

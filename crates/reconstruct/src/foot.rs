@@ -2,9 +2,9 @@
 
 use deeptree_graph::{Vec2, Vec3};
 
-use crate::{ReconstructError, circle};
 use crate::kdtree::KdTree;
 use crate::ways::Parts;
+use crate::{ReconstructError, circle};
 
 /// Height of the slab in which the foot is looked for, as a share of the cloud's.
 const SLAB: f32 = 0.03;

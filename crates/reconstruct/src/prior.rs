@@ -7,7 +7,9 @@
 //! better; [`Prior::draw`] is the one place where nodes are told to them.
 
 use deeptree_graph::signature::{TreeConditions, thickness_of, tip_count};
-use deeptree_graph::{ChildSignature, Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, TreeInfo, Vec3};
+use deeptree_graph::{
+    ChildSignature, Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, TreeInfo, Vec3,
+};
 use deeptree_infer::{Active, Branchlet, Overflow, Predictor, Root, Workspace};
 
 /// Branchlets drawn for each joint that is asked.

@@ -57,7 +57,8 @@ pub(crate) fn thicken(skeleton: &mut Skeleton, points: &[Vec3], known: &Known) {
             joint.radius = *radius;
         }
         // Circles jump a little from stretch to stretch; wood does not.
-        let thick = |joint: &Joint| if joint.radius < known.visible { 0.0 } else { 2.0 * joint.radius };
+        let thick =
+            |joint: &Joint| if joint.radius < known.visible { 0.0 } else { 2.0 * joint.radius };
         straighten(skeleton, thick);
     }
 }
