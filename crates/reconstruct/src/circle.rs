@@ -21,11 +21,11 @@ pub(crate) struct Circle {
     pub(crate) arc: f32,
 }
 
-/// The circle that fits best, by the least sum of distances.
+/// The circle that fits best.
 ///
-/// Starts from the algebraic fit and goes on by Gauss–Newton steps on `|p − c| − r`, each point
-/// weighted by the inverse of its distance, so that points off the circle count little. None of
-/// fewer than five points, and where no circle fits.
+/// Starts from the algebraic fit and goes on by Gauss–Newton steps on `|p − c| − r`, weighted by
+/// Cauchy's law with a tenth of the points' spread, so that the middle of a noisy rim is found and
+/// points off it count little. None of fewer than five points, and where no circle fits.
 ///
 /// # Source
 ///
@@ -50,7 +50,8 @@ pub(crate) fn fit(points: &[Vec2]) -> Option<Circle> {
                 continue;
             }
             let residual = length - radius;
-            let weight = 1.0 / (residual.abs() + 0.1 * scale);
+            let off = residual / (0.1 * scale);
+            let weight = 1.0 / (1.0 + off * off);
             let row = [-from.x / length, -from.y / length, -1.0];
             for i in 0..3 {
                 right[i] -= weight * row[i] * residual;

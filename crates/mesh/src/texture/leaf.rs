@@ -139,7 +139,9 @@ fn venation(side: u32, card: &Card, lamina: &Lamina, mask: &Mask) -> Venation {
         let widths = vein.widths.map(|w| (w * card.length).max(0.35 * pixel));
         let wide = (0.045 * lamina.seat.length * card.length).max(2.0 * pixel);
         let reach = (2.0 * wide / widths[0]).max(2.0);
-        let strength = if vein.rank == 0 { 1.0 } else { 0.8 };
+        // What is thinner than a pixel is as much fainter.
+        let thin = (1.4 * vein.widths[0] * card.length / pixel).clamp(0.3, 1.0);
+        let strength = if vein.rank == 0 { 1.0 } else { 0.8 * thin };
         along(side, &points, widths, reach, |at, distance, width| {
             let (column, row) = (at % size, at / size);
             let (left, top) = (mask.corner[0] as usize, mask.corner[1] as usize);
@@ -195,13 +197,18 @@ fn blade(canvas: &mut Canvas, card: &Card, lamina: &Lamina, ink: &Ink, (turned, 
         color = blend(color, fall, step(-0.35, 0.35, turn));
         color = scaled(color, tone * (1.0 + 0.09 * grain));
         color = blend(color, ink.vein, 0.18 * mesh + 0.62 * veins.line[k]);
-        let spot = noise.other(3).cloud(own.map(|x| 7.0 * x), WIDE, 4);
-        let dry = step(1.3 - 2.4 * ink.dry, 1.45 - 2.4 * ink.dry, 0.5 + spot);
-        color = blend(color, DRY, dry);
+        let mut dry = 0.0;
+        if ink.dry > 0.0 {
+            let spot = noise.other(3).cloud(own.map(|x| 7.0 * x), WIDE, 4);
+            let spread = 0.5 + spot + 2.4 * ink.dry;
+            // Spots have a yellow border.
+            color = blend(color, scaled(turned, 0.8), 0.7 * step(1.15, 1.32, spread));
+            dry = step(1.30, 1.42, spread);
+            color = blend(color, scaled(DRY, 1.0 + 0.5 * cloud + 0.2 * grain), dry);
+        }
 
         let pixel = &mut canvas.pixels[row * side as usize + column];
         let share = if pixel.alpha > 0.0 { cover } else { 1.0 };
-        // Where blades overlap, the lower one lies in shade.
         pixel.color = blend(pixel.color, color, share);
         pixel.alpha = pixel.alpha.max(cover.min(1.0));
         let relief = 0.012 * (1.0 - veins.near[k]) - 0.006 * veins.line[k] + 0.0018 * net.border;
