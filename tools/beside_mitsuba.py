@@ -45,7 +45,8 @@ scene = mi.load_dict(
                    "to_world": T().rotate([1, 0, 0], -90).scale([1e4, 1e4, 1]),
                    "bsdf": {"type": "diffuse",
                             "reflectance": {"type": "rgb", "value": told["ground"]}}},
-        # With `nonlinear` off, its diffuse part is ours: ρ (1 − E)(1 − E) / (π (1 − mean E)).
+        # With `nonlinear` off, its diffuse part is ours where the boundary is smooth:
+        # ρ (1 − E)(1 − E) / (π (1 − mean E)).
         "wood": {"type": "obj", "filename": str(folder / "wood.obj"),
                  "bsdf": {"type": "twosided", "inner": {
                      "type": "roughplastic", "distribution": "ggx", "alpha": told["alpha"],
@@ -59,8 +60,6 @@ loaded = mi.Bitmap(str(folder / "ours.exr")).convert(mi.Bitmap.PixelFormat.RGB, 
 ours = np.array(loaded)
 
 index = found[:, :, -1]
-values, counts = np.unique(np.round(index, 3), return_counts=True)
-shapes = sorted(values[np.argsort(-counts)][:2])
 ground = round(float(index[-1, 0]), 3)
 tree = np.abs(index - ground) > 1e-3
 

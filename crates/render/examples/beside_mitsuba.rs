@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 use deeptree_graph::{Seed, Vec3};
 use deeptree_growth::{Profile, Species, grow};
-use deeptree_mesh::{Dressed, Material, WoodOptions, wood};
+use deeptree_mesh::{Dressed, Material, Mesh, WoodOptions, wood};
 use deeptree_render::files::exr_bytes;
 use deeptree_render::{Camera, Ground, Light, Options, Scene, View, plain_bark, render};
 
@@ -19,17 +19,36 @@ const SIZE: u32 = 256;
 const SAMPLES: u32 = 256;
 const ANGLE: f32 = 0.56;
 const ALBEDO: [f32; 3] = [0.5, 0.35, 0.2];
-const ROUGHNESS: f32 = 0.7;
+/// Smooth: Mitsuba's rough plastic loses what is reflected between facets, ours gives it out again.
+const ROUGHNESS: f32 = 0.3;
 const GROUND: f32 = 0.3;
 const SUN: [f32; 2] = [0.7, -0.9];
 const SUN_SHARE: f32 = 0.6;
+
+/// The same triangles with normals of their own: what renderers do where rounded normals turn away
+/// from who looks is a matter of taste.
+fn faceted(wood: &Mesh) -> Mesh {
+    let mut flat = Mesh { internodes: wood.internodes.clone(), ..Mesh::default() };
+    for t in wood.indices.as_chunks::<3>().0 {
+        let [a, b, c] = t.map(|i| wood.positions[i as usize]);
+        let normal = (b - a).cross(c - a).normalize_or(Vec3::Y);
+        for &i in t {
+            flat.indices.push(flat.positions.len() as u32);
+            flat.positions.push(wood.positions[i as usize]);
+            flat.normals.push(normal);
+            flat.uvs.push(wood.uvs[i as usize]);
+            flat.nodes.push(wood.nodes[i as usize]);
+        }
+    }
+    flat
+}
 
 fn main() {
     let folder = PathBuf::from(std::env::args().nth(1).expect("a folder"));
     fs::create_dir_all(&folder).unwrap();
     let species = Species::named("oak").unwrap();
     let tree = grow("oak", species.parameters(Profile::Reference), Seed(7)).unwrap().tree;
-    let wood = wood(&tree, &WoodOptions::default());
+    let wood = faceted(&wood(&tree, &WoodOptions::default()));
     let mut obj = String::new();
     for (p, n) in wood.positions.iter().zip(&wood.normals) {
         writeln!(obj, "v {} {} {}\nvn {} {} {}", p.x, p.y, p.z, n.x, n.y, n.z).unwrap();

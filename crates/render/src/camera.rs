@@ -105,7 +105,7 @@ impl Camera {
     ///
     /// When there are no points, or the angle is not from 0.02 to 2.
     pub fn framing(
-        points: impl Iterator<Item = Vec3> + Clone,
+        points: impl Iterator<Item = Vec3>,
         view: View,
         aspect: f32,
         angle: f32,
@@ -120,12 +120,13 @@ impl Camera {
         }
         let (azimuth, elevation) = view.place();
         let axes = axes(azimuth, elevation);
+        let points: Vec<Vec3> = points.collect();
         let half = [aspect, 1.0].map(|side| side * libm::tanf(angle / 2.0));
-        let (low, high) = bounds(points.clone()).ok_or(RenderError::Empty)?;
+        let (low, high) = bounds(&points).ok_or(RenderError::Empty)?;
         let camera = if elevation == 0.0 {
-            upright(points, axes, half, (low, high))
+            upright(&points, axes, half, (low, high))
         } else {
-            above(points, axes, half)
+            above(&points, axes, half)
         };
         let focus = ((low + high) / 2.0 - camera.position).dot(axes[2]).max(0.1);
         Ok(Self { lens: Lens::Thin { radius: 0.0, focus }, ..camera })
@@ -211,26 +212,19 @@ fn axes(azimuth: f32, elevation: f32) -> [Vec3; 3] {
 }
 
 /// Lowest and highest coordinates.
-fn bounds(points: impl Iterator<Item = Vec3>) -> Option<(Vec3, Vec3)> {
-    points.fold(None, |found, p| {
-        let (low, high) = found.unwrap_or((p, p));
-        Some((low.min(p), high.max(p)))
-    })
+fn bounds(points: &[Vec3]) -> Option<(Vec3, Vec3)> {
+    let (&first, rest) = points.split_first()?;
+    Some(rest.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p))))
 }
 
 /// A camera at the height of the eyes that looks level; its window is moved up to the crown.
-fn upright(
-    points: impl Iterator<Item = Vec3> + Clone,
-    axes: [Vec3; 3],
-    half: [f32; 2],
-    (low, high): (Vec3, Vec3),
-) -> Camera {
+fn upright(points: &[Vec3], axes: [Vec3; 3], half: [f32; 2], (low, high): (Vec3, Vec3)) -> Camera {
     let [right, _, forward] = axes;
     let height = (high.y - low.y).max(0.01);
     let eyes = low.y + EYES.min(0.3 * height);
     let middle = (low + high) / 2.0;
     // Left, right, lower and upper edge of the points, seen from so far before the nearest.
-    let near = points.clone().map(|p| forward.dot(p - middle)).fold(f32::INFINITY, f32::min);
+    let near = points.iter().map(|&p| forward.dot(p - middle)).fold(f32::INFINITY, f32::min);
     let from = |away: f32| {
         let mut position = middle + forward * (near - away);
         position.y = eyes;
@@ -238,7 +232,7 @@ fn upright(
     };
     let edges = |away: f32| {
         let position = from(away);
-        points.clone().fold([f32::MAX, f32::MIN, f32::MAX, f32::MIN], |[l, r, b, t], p| {
+        points.iter().fold([f32::MAX, f32::MIN, f32::MAX, f32::MIN], |[l, r, b, t], &p| {
             let p = p - position;
             let depth = forward.dot(p);
             let (x, y) = (right.dot(p) / depth, p.y / depth);
@@ -266,12 +260,12 @@ fn upright(
 
 /// A camera whose middle looks along the axis: the nearest from which all points are within four
 /// planes through it.
-fn above(points: impl Iterator<Item = Vec3>, axes: [Vec3; 3], half: [f32; 2]) -> Camera {
+fn above(points: &[Vec3], axes: [Vec3; 3], half: [f32; 2]) -> Camera {
     let [right, up, forward] = axes;
     let inner = half.map(|h| h * (1.0 - 2.0 * MARGINS[0]));
     // Of each plane the farthest point: of x − t z and −x − t z, and of y likewise.
     let mut far = [f32::MIN; 4];
-    for p in points {
+    for &p in points {
         let (x, y, z) = (right.dot(p), up.dot(p), forward.dot(p));
         let found = [x - inner[0] * z, -x - inner[0] * z, y - inner[1] * z, -y - inner[1] * z];
         far = std::array::from_fn(|i| far[i].max(found[i]));

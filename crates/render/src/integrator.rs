@@ -16,7 +16,7 @@ use crate::tone::luminance;
 /// Paths this long or longer may end by chance.
 const ROULETTE: u32 = 3;
 /// Distance at which the air hides all but 1/e of the ground, in metres: it makes the horizon soft.
-const VISIBILITY: f32 = 900.0;
+const VISIBILITY: f32 = 2500.0;
 
 /// What a ray of the camera brings.
 #[derive(Clone, Copy, Debug, Default)]

@@ -80,7 +80,7 @@ impl<'a> Scene<'a> {
         self.tree
     }
 
-    /// Points that what is seen of the tree lies between: all vertices of wood and leaves.
+    /// Points that what is seen of the tree lies between, as [`points`] says.
     pub fn points(&self) -> impl Iterator<Item = Vec3> + Clone + '_ {
         points(self.tree)
     }
@@ -192,16 +192,34 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// Points that what is seen of a tree lies between: all vertices of wood and leaves.
+/// Points that what is seen of a tree lies between: all vertices of the wood, and of each copy of a
+/// leaf those that are farthest in one of 26 directions.
 pub fn points(tree: &Dressed) -> impl Iterator<Item = Vec3> + Clone + '_ {
     let leaves = tree.foliage.iter().flat_map(|foliage| {
-        let blade = &foliage.blade.positions;
-        foliage
-            .leaves
-            .iter()
-            .flat_map(move |leaf| blade.iter().map(move |&p| world_from_blade(leaf, p)))
+        let outermost = outermost(&foliage.blade.positions);
+        foliage.leaves.iter().flat_map(move |leaf| {
+            let outermost = outermost.clone();
+            outermost.into_iter().map(move |p| world_from_blade(leaf, p))
+        })
     });
     tree.wood.positions.iter().copied().chain(leaves)
+}
+
+/// The points that are farthest towards the faces, edges and corners of a cube.
+fn outermost(points: &[Vec3]) -> Vec<Vec3> {
+    let side = |i: i32| (i - 1) as f32;
+    let directions = (0..27).map(|i| Vec3::new(side(i % 3), side(i / 3 % 3), side(i / 9)));
+    let mut found: Vec<Vec3> = Vec::new();
+    for direction in directions {
+        let farther = |best: Vec3, &p: &Vec3| if direction.dot(p - best) > 0.0 { p } else { best };
+        if let Some((&first, rest)) = points.split_first() {
+            let one = rest.iter().fold(first, farther);
+            if !found.contains(&one) {
+                found.push(one);
+            }
+        }
+    }
+    found
 }
 
 /// What a triangle says of a place on it.

@@ -6,8 +6,10 @@
 //! (their appendix A.2), transmittance of the air (A.1). Takagi et al. 1990, "Accurate Rendering
 //! Technique Based on Colorimetric Conception": the colour temperature of the sky, by its luminance;
 //! CIE 15: the chromaticity of daylight of a colour temperature. Kasten and Young 1989: airmass.
-//! Deviation: Preetham's own chromaticities, which make the horizon pink, are not used; below the
-//! lowest degree the horizon's colour goes on.
+//! IES Lighting Handbook, clear sky: what the sky sheds on level ground.
+//! Deviation: Preetham's luminances are scaled to the IES's illuminance, since they are up to twice
+//! that; his chromaticities, which make the horizon pink, are not used; below the lowest degree the
+//! horizon's colour goes on.
 
 use glam::{Mat3, Vec3};
 
@@ -31,7 +33,7 @@ pub(crate) struct ClearSky {
     turbidity: f32,
     /// Perez's five parameters.
     perez: [f32; 5],
-    /// Luminance of the zenith in kcd/m², over Perez's function there.
+    /// Luminance in kcd/m² over Perez's function.
     zenith: f32,
 }
 
@@ -46,17 +48,37 @@ impl ClearSky {
             0.1206 * t - 2.5771,
             -0.0670 * t + 0.3703,
         ];
-        let from_zenith = libm::acosf(sun.y.clamp(-1.0, 1.0));
-        let zenith = zenith(from_zenith, t) / perez_at(&perez, 1.0, from_zenith, sun.y);
-        Self { sun, turbidity, perez, zenith }
+        // The zenith is as bright as level ground then gets what it should.
+        let mut sky = Self { sun, turbidity, perez, zenith: 1.0 };
+        sky.zenith = (0.8 + 15.5 * sun.y.max(0.0).sqrt()) / sky.shed();
+        sky
+    }
+
+    /// Illuminance of level ground, in klx: ∫ L cos θ dω over the sky.
+    fn shed(&self) -> f32 {
+        let (rows, columns) = (32u32, 64u32);
+        let mut sum = 0.0;
+        for i in 0..rows * columns {
+            // Rows of equal cos² have equal ∫ cos dω = π / rows.
+            let up = (((i / columns) as f32 + 0.5) / rows as f32).sqrt();
+            let turn = std::f32::consts::TAU * ((i % columns) as f32 + 0.5) / columns as f32;
+            let (sin, cos) = libm::sincosf(turn);
+            let flat = (1.0 - up * up).sqrt();
+            sum += self.luminance(Vec3::new(flat * sin, up, flat * cos));
+        }
+        sum * std::f32::consts::PI / (rows * columns) as f32
+    }
+
+    /// Luminance of a direction in kcd/m².
+    fn luminance(&self, direction: Vec3) -> f32 {
+        let up = direction.y.max(0.01);
+        let cos = direction.dot(self.sun).clamp(-1.0, 1.0);
+        self.zenith * perez_at(&self.perez, up, libm::acosf(cos), cos)
     }
 
     /// Radiance from a direction, as linear sRGB with its luminance in kcd/m².
     pub(crate) fn radiance(&self, direction: Vec3) -> Vec3 {
-        let up = direction.y.max(0.01);
-        let cos = direction.dot(self.sun).clamp(-1.0, 1.0);
-        let luminance = self.zenith * perez_at(&self.perez, up, libm::acosf(cos), cos);
-        let luminance = luminance.max(LEAST);
+        let luminance = self.luminance(direction).max(LEAST);
         rgb_of_daylight(color_temperature(luminance)) * luminance
     }
 
@@ -78,12 +100,6 @@ impl ClearSky {
 /// Perez's distribution: `(1 + A e^(B / cos θ)) (1 + C e^(D γ) + E cos² γ)`.
 fn perez_at([a, b, c, d, e]: &[f32; 5], cos_zenith: f32, angle: f32, cos: f32) -> f32 {
     (1.0 + a * libm::expf(b / cos_zenith)) * (1.0 + c * libm::expf(d * angle) + e * cos * cos)
-}
-
-/// Luminance of the zenith in kcd/m², with the sun so many radians from it.
-fn zenith(s: f32, t: f32) -> f32 {
-    let chi = (4.0 / 9.0 - t / 120.0) * (std::f32::consts::PI - 2.0 * s);
-    (4.0453 * t - 4.9710) * libm::tanf(chi) - 0.2155 * t + 2.4192
 }
 
 /// Correlated colour temperature in kelvins of sky of a luminance in kcd/m²:
@@ -134,10 +150,10 @@ mod tests {
     }
 
     #[test]
-    fn a_clear_sky_has_its_zenith_and_is_blue_away_from_the_sun() {
+    fn a_clear_sky_sheds_what_it_does_and_is_blue_away_from_the_sun() {
         let sky = ClearSky::new(sun(45.0), 2.5);
-        let published = zenith(std::f32::consts::FRAC_PI_4, 2.5);
-        assert!((luminance(sky.radiance(Vec3::Y)) / published - 1.0).abs() < 1e-3);
+        // The IES's clear day, sun at 45°: 13.8 klx.
+        assert!((sky.shed() - 13.83).abs() < 0.05, "{}", sky.shed());
         let away = sky.radiance(Vec3::new(0.0, 0.8, -0.6));
         assert!(away.z > 1.4 * away.x, "{away}");
         let near = sky.radiance(sky.sun);

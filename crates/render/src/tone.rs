@@ -24,16 +24,15 @@ pub enum Tone {
 impl Tone {
     /// Display value, linear in \[0, 1\], of a radiance.
     ///
-    /// Filmic: `x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14)` with x = 1.3 · radiance: a grey
-    /// card in the open gets a little brighter than it is, as a photographer exposes for foliage
-    /// and bark.
+    /// Filmic: `x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14)` with x = 1.6 · radiance: it is
+    /// exposed a stop longer than a grey card asks for, as for foliage and bark, which are darker.
     #[must_use]
     pub fn map(self, radiance: Vec3) -> Vec3 {
         let x = radiance.max(Vec3::ZERO).min(Vec3::splat(1e4));
         match self {
             Self::Linear => x.min(Vec3::ONE),
             Self::Filmic => {
-                let x = x * 1.3;
+                let x = x * 1.6;
                 let curve = (x * (x * 2.51 + 0.03)) / (x * (x * 2.43 + 0.59) + 0.14);
                 curve.clamp(Vec3::ZERO, Vec3::ONE)
             }
@@ -41,12 +40,15 @@ impl Tone {
     }
 }
 
-/// The byte of a linear value in \[0, 1\].
-pub(crate) fn srgb_byte(linear: f32) -> u8 {
+/// The encoded value of a linear one, both in \[0, 1\].
+pub(crate) fn srgb_from_linear(linear: f32) -> f32 {
     let x = linear.clamp(0.0, 1.0);
-    let encoded =
-        if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * libm::powf(x, 1.0 / 2.4) - 0.055 };
-    (encoded * 255.0 + 0.5) as u8
+    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * libm::powf(x, 1.0 / 2.4) - 0.055 }
+}
+
+/// The same as a byte.
+pub(crate) fn srgb_byte(linear: f32) -> u8 {
+    (srgb_from_linear(linear) * 255.0 + 0.5) as u8
 }
 
 /// The linear value of an encoded one.

@@ -89,7 +89,7 @@ pub(super) fn run(args: &Args, verb: &args::Render, which: Sheet, kind: FileKind
     let bar = report::bar(args, layout.tiles(), "render");
     let mut paper = Paper::new(layout.size(), PAPER);
     let how = Developing {
-        background: Background::Paper(Vec3::from(PAPER.map(|byte| linear(byte)))),
+        background: Background::Paper(Vec3::from(PAPER.map(f32::from)) / 255.0),
         shadow: SHADOW,
         ..developing(verb)
     };
@@ -117,12 +117,6 @@ pub(super) fn run(args: &Args, verb: &args::Render, which: Sheet, kind: FileKind
     let text = format!("{trees} trees on {width} × {height} pixels in {seconds:.1} s → {output}");
     report::say(args, &figures, &text, false);
     Ok(())
-}
-
-/// The linear value of a byte of sRGB.
-fn linear(byte: u8) -> f32 {
-    let x = f32::from(byte) / 255.0;
-    ((x + 0.055) / 1.055).powf(2.4)
 }
 
 fn picture(
