@@ -39,7 +39,9 @@ fn a_scanned_tree_is_reconstructed_and_says_how_well() {
     let truth: Value = serde_json::from_str(&desk.ok(&["info", "pine.tree", "--json"])).unwrap();
     let height = truth["trees"][0]["height_m"].as_f64().or(truth["height_m"].as_f64());
     if let Some(height) = height {
-        assert!((number("height_m") / height - 1.0).abs() < 0.1, "{said} {truth}");
+        // From below a crown its top does not show.
+        let share = number("height_m") / height;
+        assert!((0.7..1.02).contains(&share), "{said} {truth}");
     }
     // The tree is one that other verbs read.
     desk.ok(&["convert", "made.csv", "made.glb"]);
