@@ -20,7 +20,7 @@ const SAMPLES: u32 = 256;
 const ANGLE: f32 = 0.56;
 const ALBEDO: [f32; 3] = [0.5, 0.35, 0.2];
 /// Smooth: Mitsuba's rough plastic loses what is reflected between facets, ours gives it out again.
-const ROUGHNESS: f32 = 0.3;
+const ROUGHNESS: f32 = 0.1;
 const GROUND: f32 = 0.3;
 const SUN: [f32; 2] = [0.7, -0.9];
 const SUN_SHARE: f32 = 0.6;
