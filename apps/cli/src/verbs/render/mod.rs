@@ -95,17 +95,17 @@ impl Ask {
         Ok(Self {
             views: views.map_err(usage)?,
             options,
-            light: light(verb)?,
+            light: light(verb, 0.0)?,
             look: verb.look.pictured(verb.lod)?,
             angle: verb.angle.to_radians(),
         })
     }
 }
 
-/// The light that is asked for.
-fn light(verb: &args::Render) -> Result<Light, UsageError> {
+/// The light that is asked for, turned about the vertical.
+fn light(verb: &args::Render, turn: f32) -> Result<Light, UsageError> {
     let [elevation, azimuth] = verb.sun.0.map(f32::to_radians);
-    Light::daylight(elevation, azimuth, verb.haze).map_err(usage)
+    Light::daylight(elevation, azimuth + turn, verb.haze).map_err(usage)
 }
 
 /// What no run could do is a wrong request.

@@ -12,7 +12,7 @@ use deeptree_render::{
 use serde_json::json;
 
 use super::lettering::{Letters, Paper};
-use super::{FileKind, developing, light, trees, write_image};
+use super::{FileKind, developing, light, trees, usage, write_image};
 use crate::args::{self, Args, Sheet, UsageError};
 use crate::dressing::dressed;
 use crate::report;
@@ -44,7 +44,7 @@ pub(super) struct Plan {
     pub(super) cells: Vec<Vec<Cell>>,
 }
 
-/// A tree, and from where it is looked at, in radians.
+/// A tree, and from where it is looked at, in radians; the sun turns with who looks.
 pub(super) struct Cell {
     pub(super) tree: BranchGraph,
     pub(super) azimuth: f32,
@@ -64,7 +64,8 @@ pub(super) fn run(args: &Args, verb: &args::Render, which: Sheet, kind: FileKind
     if kind == FileKind::Exr {
         bail!(UsageError("a sheet has words on it; name a .png".to_owned()));
     }
-    let light = light(verb)?;
+    // What is wrong with the light is told before trees are grown.
+    light(verb, 0.0)?;
     let options = Options {
         samples: verb.spp,
         error: verb.error,
@@ -72,7 +73,7 @@ pub(super) fn run(args: &Args, verb: &args::Render, which: Sheet, kind: FileKind
         seed: Seed(verb.seed),
         ..Options::default()
     };
-    options.validate()?;
+    options.validate().map_err(usage)?;
     let start = Instant::now();
     let plan = trees::plan(verb, which)?;
     let look = verb.look.pictured(verb.lod)?;
@@ -97,8 +98,14 @@ pub(super) fn run(args: &Args, verb: &args::Render, which: Sheet, kind: FileKind
     for (r, row) in cells.iter().enumerate() {
         for (c, (tree, cell)) in row.iter().enumerate() {
             let options = Options { size: layout.pixels(r, c), ..options };
-            let mut picture =
-                picture(tree, cell, &light, layout.window(r, c), &options, || bar.inc(1))?;
+            let mut picture = picture(
+                tree,
+                cell,
+                light(verb, cell.azimuth)?,
+                layout.window(r, c),
+                &options,
+                || bar.inc(1),
+            )?;
             samples += picture.samples;
             fade(&mut picture);
             paper.lay(&develop(&picture, &how), layout.place(r, c));
@@ -122,12 +129,12 @@ pub(super) fn run(args: &Args, verb: &args::Render, which: Sheet, kind: FileKind
 fn picture(
     tree: &Dressed,
     cell: &Cell,
-    light: &Light,
+    light: Light,
     window: Reach,
     options: &Options,
     done: impl Fn() + Sync,
 ) -> Result<Picture> {
-    let scene = Scene::new(tree, light.clone(), GROUND)?;
+    let scene = Scene::new(tree, light, GROUND)?;
     let [left, right, down, up] = window;
     let size = [left + right, down + up];
     let probe = Camera::orthographic(Vec3::ZERO, cell.azimuth, cell.elevation, size);
