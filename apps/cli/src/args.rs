@@ -47,6 +47,8 @@ pub(crate) enum Verb {
     Regrow(Regrow),
     /// Scan a tree with a simulated laser scanner.
     Scan(Scan),
+    /// Make a tree of a point cloud.
+    Reconstruct(Reconstruct),
     /// Grow a corpus to train on, in Parquet.
     Dataset(Dataset),
     /// Train networks on a corpus.
@@ -82,6 +84,9 @@ pub(crate) struct Out {
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Meshes")]
 pub(crate) struct MeshArgs {
+    /// As a scanner saw it: no flare at the foot, no flutes.
+    #[arg(skip)]
+    pub(crate) as_scanned: bool,
     /// Level of detail of meshes, 0 (finest) to 3.
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3))]
     pub(crate) lod: u8,
@@ -389,6 +394,88 @@ impl From<PatternName> for deeptree_scan::Kind {
 }
 
 #[derive(clap::Args)]
+pub(crate) struct Reconstruct {
+    /// The cloud: .xyz .txt .csv .asc .pts .ply .las .laz; metres.
+    pub(crate) input: PathBuf,
+    #[command(flatten)]
+    pub(crate) out: Out,
+    /// Write the tree in the cloud's axes and coordinates, or in its own: y up, the foot at the
+    /// origin.
+    #[arg(long, value_enum, default_value = "cloud", value_name = "FRAME")]
+    pub(crate) frame: Frame,
+    /// Which coordinate of the cloud points upwards, where the file does not say.
+    #[arg(long, value_enum, default_value = "z", value_name = "AXIS")]
+    pub(crate) up: UpAxis,
+    /// Where the stem's foot is, in the cloud's coordinates [default: found].
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true, value_parser = place)]
+    pub(crate) root: Option<Place3>,
+    /// Species that the networks take the tree for [default: the one whose networks expect its forks
+    /// most].
+    #[arg(long, value_name = "NAME", conflicts_with = "no_prior")]
+    pub(crate) species: Option<String>,
+    /// Let the networks grow what the scanner did not see.
+    #[arg(long, conflicts_with = "no_prior")]
+    pub(crate) complete: bool,
+    /// Geometry alone, without networks.
+    #[arg(long)]
+    pub(crate) no_prior: bool,
+    /// Points this near to a branch need none of their own, in metres; less gives more and finer
+    /// branches [default: 0.26 % of the cloud's longest side].
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) cover: Option<f32>,
+    /// Seed of what the networks draw.
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
+    pub(crate) seed: u64,
+    /// Write the tree as a table of cylinders, too (.csv).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) qsm: Option<PathBuf>,
+    /// Write the cloud with branch, order and node of each point, too (.xyz .ply).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) labels: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) model: ModelChoice,
+}
+
+/// Where a reconstructed tree stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Frame {
+    /// Where the cloud is.
+    Cloud,
+    /// y up, the foot at the origin.
+    Tree,
+}
+
+/// A coordinate axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum UpAxis {
+    /// As trees.
+    Y,
+    /// As scanners.
+    Z,
+}
+
+impl From<UpAxis> for deeptree_cloud::Up {
+    fn from(axis: UpAxis) -> Self {
+        match axis {
+            UpAxis::Y => Self::Y,
+            UpAxis::Z => Self::Z,
+        }
+    }
+}
+
+/// A place with all digits of a land survey.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place3(pub(crate) [f64; 3]);
+
+fn place(text: &str) -> Result<Place3, String> {
+    let number = |text: &str| text.trim().parse().ok().filter(|x: &f64| x.is_finite());
+    let list: Option<Vec<f64>> = text.split(',').map(number).collect();
+    let list = list.ok_or("it must be three finite numbers")?;
+    let array = <[f64; 3]>::try_from(list);
+    array.map(Place3).map_err(|list| format!("it must be 3 numbers, not {}", list.len()))
+}
+
+#[derive(clap::Args)]
 pub(crate) struct Dataset {
     /// The species, separated by commas, or all.
     #[arg(long, default_value = "all")]
@@ -492,6 +579,9 @@ pub(crate) struct Evaluate {
     /// Which side to measure: both, the procedural model (p) or the networks (dt).
     #[arg(long, default_value = "both", value_parser = ["both", "p", "dt"])]
     pub(crate) side: String,
+    /// Point clouds for the chapter reconstruction, files or folders of them, separated by commas.
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub(crate) clouds: Vec<PathBuf>,
     /// A Python with torch, for the chapter runtime [default: $DEEPTREE_PYTHON, or python3].
     #[arg(long, value_name = "FILE")]
     pub(crate) python: Option<PathBuf>,

@@ -11,9 +11,10 @@ use crate::args::UsageError;
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Leaves and textures")]
 pub(crate) struct LookArgs {
-    /// Leaves or needles, and textures of leaves and bark [default: wood without a texture].
-    #[arg(long)]
-    leaves: bool,
+    /// Leaves or needles, and textures of leaves and bark, of the tree's own species or of another,
+    /// such as --leaves=oak for a tree of a table [default: wood without a texture].
+    #[arg(long, value_name = "SPECIES", num_args = 0..=1, require_equals = true)]
+    leaves: Option<Option<String>>,
     /// Leaves and textures of a season; in winter only pines have needles [default: summer].
     #[arg(long, value_name = "NAME", value_parser = season)]
     season: Option<Season>,
@@ -36,7 +37,7 @@ impl LookArgs {
     ///
     /// When a number is out of its range.
     pub(crate) fn look(&self, lod: u8) -> Result<Option<Look>, UsageError> {
-        let leaves = self.leaves
+        let leaves = self.leaves.is_some()
             || self.season.is_some()
             || self.health.is_some()
             || self.leaf_density.is_some();
@@ -48,6 +49,7 @@ impl LookArgs {
             density: self.leaf_density.unwrap_or(usual.density),
             texture_size: self.texture_size.unwrap_or(usual.texture_size),
             lod,
+            species: self.leaves.clone().flatten(),
             ..usual
         };
         look.validate().map_err(|error| UsageError(error.to_string()))?;

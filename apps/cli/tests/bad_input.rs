@@ -37,6 +37,7 @@ fn numbers_that_cannot_be_are_refused() {
         }
         desk.fails(&[verb, "oak", "--texture-size", "-1", "-o", "a.glb"], USAGE, "--texture-size");
         desk.fails(&[verb, "oak", "--season", "monsoon", "-o", "a.glb"], USAGE, "spring, summer");
+        desk.fails(&[verb, "oak", "--leaves=fern", "-o", "a.glb"], USAGE, "leaves of 'fern'");
         desk.fails(&[verb, "oak", "--health", "1.5", "-o", "a.glb"], USAGE, "health is 1.5");
         desk.fails(&[verb, "oak", "--health", "NaN", "-o", "a.glb"], USAGE, "health is NaN");
         desk.fails(&[verb, "oak", "--leaf-density", "0", "-o", "a.glb"], USAGE, "density is 0");

@@ -56,3 +56,12 @@ fn a_tree_of_a_batch_is_dressed_as_by_itself() {
     desk.ok(&[&alone[..], &["--seed", "5", "-q", "-o", "alone.glb"]].concat());
     assert!(desk.read("maples/maple-5.glb") == desk.read("alone.glb"));
 }
+
+#[test]
+fn a_tree_without_a_species_is_dressed_as_it_is_asked() {
+    let desk = Desk::new();
+    desk.ok(&["grow", "oak", "--age", "12", "-q", "-o", "tree.csv"]);
+    desk.ok(&["convert", "tree.csv", "tree.glb", "--leaves=walnut", "--texture-size", "256", "-q"]);
+    let names = description(&desk, "tree.glb")["materials"].to_string();
+    assert!(names.contains("walnut bark") && names.contains("walnut leaves"), "{names}");
+}

@@ -337,11 +337,11 @@ fn scans_stand_beside_the_trees_and_are_made_once() {
         up: Up::Y,
         ..Cloud::default()
     };
-    assert!(corpus.scans(Split::Training).next().unwrap().is_err());
+    assert!(corpus.scans(Split::Train).next().unwrap().is_err());
     let report = build_scans(&corpus, scan, |_| {}).unwrap();
     assert_eq!((report.written, report.kept), (6, 0));
     let before = files(dir.path());
-    for split in [Split::Training, Split::Validation] {
+    for split in [Split::Train, Split::Validation] {
         let scans: Vec<_> = corpus.scans(split).map(Result::unwrap).collect();
         let trees: Vec<_> = corpus.trees(split).map(Result::unwrap).collect();
         assert_eq!(scans.len(), trees.len());

@@ -143,9 +143,8 @@ fn write_text(
     let material = |material: &Material| library.map(|_| slug(&material.name));
     let mut first = 1;
     write_object("wood", material(subject.bark), subject.wood, &mut first, &mut out)?;
-    for kind in subject.leaves() {
-        let name = slug(&kind.material.name);
-        write_object(&name, material(&kind.material), kind, &mut first, &mut out)?;
+    for (name, kind) in subject.named_leaves() {
+        write_object(&slug(&name), material(&kind.material), kind, &mut first, &mut out)?;
     }
     out.flush()
 }

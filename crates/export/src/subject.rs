@@ -18,6 +18,10 @@ static WOOD: LazyLock<Material> = LazyLock::new(|| Material {
 });
 
 /// The surfaces of a tree, borrowed: of a bare [`Mesh`] or of a [`Dressed`] tree.
+///
+/// All nodes that vertices and leaves name are among [`Mesh::internodes`], and materials of different
+/// looks have different names, as [`dress`](deeptree_mesh::dress) makes them; writers that need a
+/// node's internode panic otherwise.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject<'a> {
     /// The surface of trunk and branches.
@@ -45,17 +49,36 @@ impl<'a> From<&'a Dressed> for Subject<'a> {
 ///
 /// Programs look at pictures of leaves through mipmaps, whose alpha is a mean: at the material's own
 /// cutoff, 0.5, a crown loses leaves as it goes away, at half of it they become squares. Of an oak of
-/// 24 m in three.js, a cutoff of a third shows what it shows without mipmaps within 5 %, with 256 and
-/// with 900 rows (0.5: 58 and 27 % less; 0.25: 17 and 15 % more). From near, it makes a leaf larger by
+/// 24 m in three.js, a cutoff of a third shows what it shows without mipmaps within 7 %, with 256 and
+/// with 900 rows (0.5: 57 and 4 % less; 0.25: 10 and 11 % more). From near, it makes a leaf larger by
 /// a part of a texel.
 pub(crate) fn cutoff(material: &Material) -> Option<f32> {
     material.alpha_cutoff.map(|cutoff| cutoff * 2.0 / 3.0)
 }
 
 impl<'a> Subject<'a> {
-    /// The materials with their surfaces: the bark, then each kind of leaf that there is one of.
-    pub(crate) fn materials(self) -> impl Iterator<Item = &'a Material> {
-        std::iter::once(self.bark).chain(self.leaves().map(|kind| &kind.material))
+    /// The materials, each once: the bark, then those of the leaves.
+    pub(crate) fn materials(self) -> Vec<&'a Material> {
+        let mut all = vec![self.bark];
+        for kind in self.leaves() {
+            if !all.contains(&&kind.material) {
+                all.push(&kind.material);
+            }
+        }
+        all
+    }
+
+    /// The kinds of leaf with a name for each: that of its material, with a number from the second
+    /// of the same on.
+    pub(crate) fn named_leaves(self) -> Vec<(String, &'a Foliage)> {
+        let mut all: Vec<(String, &Foliage)> = Vec::new();
+        for kind in self.leaves() {
+            let name = &kind.material.name;
+            let before = all.iter().filter(|(_, known)| known.material.name == *name).count();
+            let name = if before == 0 { name.clone() } else { format!("{name} {}", before + 1) };
+            all.push((name, kind));
+        }
+        all
     }
 
     /// The kinds of leaf of which something is to be seen.

@@ -87,13 +87,14 @@ fn stages_and_packages_are_sound_to_usd_core() {
     let (low, high) = dressed.wood.bounds().unwrap();
     for row in &rows[..2] {
         assert_eq!(row["seed"], tree.info.seed.to_string());
-        assert_eq!(row["vertices"], serde_json::json!([dressed.wood.vertex_count(), 4, 4]));
-        assert_eq!(row["triangles"], serde_json::json!([dressed.wood.triangle_count(), 2, 2]));
+        assert_eq!(row["vertices"], serde_json::json!([dressed.wood.vertex_count(), 4, 4, 4]));
+        assert_eq!(row["triangles"], serde_json::json!([dressed.wood.triangle_count(), 2, 2, 2]));
         let leaves: Vec<usize> = dressed.foliage.iter().map(|kind| kind.leaves.len()).collect();
         assert_eq!(row["leaves"], serde_json::json!(leaves));
         let materials = row["materials"].as_array().unwrap();
         assert_eq!(materials[0]["name"], "test_bark");
         assert_eq!(materials[1]["name"], "test_leaf");
+        assert_eq!(materials[3]["name"], "test_leaf");
         let resolved = |m: &serde_json::Value, of: &str| m[of]["resolved"] == true;
         assert!(["color", "normal", "roughness"].iter().all(|of| resolved(&materials[0], of)));
         assert!(["color", "normal", "opacity"].iter().all(|of| resolved(&materials[1], of)));

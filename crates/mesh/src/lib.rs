@@ -38,7 +38,7 @@ pub use budget::{BudgetError, within};
 pub use dressed::{Blade, Dressed, Foliage, Leaf};
 pub use foliage::{Phyllotaxis, Wardrobe, dress};
 pub use internode::Internode;
-pub use look::{Look, LookError, MAX_LEAF_DENSITY, Season, TEXTURE_SIZES};
+pub use look::{Look, LookError, MAX_LEAF_DENSITY, SPECIES, Season, TEXTURE_SIZES};
 pub use material::{Image, Material};
 pub use mesh::{Mesh, Tube};
 pub use options::{MAX_SIDES, WoodOptions, WoodOptionsError};

@@ -3,6 +3,10 @@
 /// The texture sizes there are, in pixels a side.
 pub const TEXTURE_SIZES: core::ops::RangeInclusive<u32> = 256..=2048;
 
+/// The species whose leaves and bark are known.
+pub const SPECIES: [&str; 8] =
+    ["beech", "corkscrew", "maple", "oak", "pine", "tulip", "walnut", "willow"];
+
 /// The greatest density of leaves that can be asked for.
 pub const MAX_LEAF_DENSITY: f32 = 4.0;
 
@@ -52,6 +56,8 @@ pub struct Look {
     pub lod: u8,
     /// Side of each texture in pixels, one of [`TEXTURE_SIZES`]. Default 1024.
     pub texture_size: u32,
+    /// The species that the tree is dressed as, one of [`SPECIES`]; none for its own. Default none.
+    pub species: Option<String>,
     /// Seed of the textures: trees of one species share them. Where leaves stand is drawn from the
     /// seed of the tree. Default 0.
     pub seed: u64,
@@ -66,6 +72,7 @@ impl Default for Look {
             density: 1.0,
             lod: 0,
             texture_size: 1024,
+            species: None,
             seed: 0,
         }
     }
@@ -88,6 +95,8 @@ pub enum LookError {
         TEXTURE_SIZES.end()
     )]
     TextureSize { value: u32 },
+    #[error("nothing is known of leaves of '{name}'; the species are {}", SPECIES.join(", "))]
+    Species { name: String },
 }
 
 impl Look {
@@ -105,6 +114,9 @@ impl Look {
         }
         if !TEXTURE_SIZES.contains(&self.texture_size) {
             return Err(LookError::TextureSize { value: self.texture_size });
+        }
+        if let Some(name) = self.species.as_ref().filter(|name| !SPECIES.contains(&name.as_str())) {
+            return Err(LookError::Species { name: name.clone() });
         }
         Ok(())
     }
@@ -135,6 +147,7 @@ mod tests {
             Look { density: f32::INFINITY, ..good.clone() },
             Look { texture_size: 0, ..good.clone() },
             Look { texture_size: 3000, ..good.clone() },
+            Look { species: Some("fern".into()), ..good.clone() },
         ] {
             assert!(bad.validate().is_err(), "{bad:?}");
         }

@@ -8,6 +8,7 @@ use deeptree_graph::{
 };
 use deeptree_growth::{Profile, SPECIES, Species, grow};
 use deeptree_mesh::{Dressed, Look, LookError, Mesh, Season, dress};
+use sha2::{Digest, Sha256};
 
 fn grown(name: &str, seed: u64) -> BranchGraph {
     let species = Species::named(name).unwrap();
@@ -78,7 +79,7 @@ fn shoots_diverge_by_the_angles_of_their_phyllotaxis() {
 fn opposite_and_whorled_shoots_stand_in_the_gaps_of_those_before() {
     for (species, many) in [("maple", 2), ("pine", 4)] {
         let azimuths = azimuths(species);
-        assert!(azimuths.len() > 15 && azimuths.len() % many == 0, "{species}");
+        assert!(azimuths.len() > 15 && azimuths.len().is_multiple_of(many), "{species}");
         let neighbours = 360.0 / many as f32;
         for (k, &angle) in azimuths.iter().enumerate() {
             // In units of half the angle between neighbours, from the first: even in even whorls.
@@ -237,4 +238,37 @@ fn trees_that_are_no_plants_are_dressed_without_a_panic() {
             assert!(leaf.position.is_finite() && leaf.rotation.is_normalized());
         }
     }
+}
+
+/// SHA-256 of where leaves of one oak stand, and of the pictures of all species, 256 pixels a side.
+///
+/// A change here changes leaves and textures of the same seed: if it is meant, take what the test
+/// prints, and list the change in CHANGELOG.md under "Results changed".
+const GOLDEN: [&str; 2] = [
+    "9acbbf13cf8392533a2685317d829dee644c64d48a6f6d6da6a0f4b8c0470d82",
+    "40b4a9139332749187952eac2d46dfe2b15ad1fa87c21a25afec6201693f5a51",
+];
+
+#[test]
+fn leaves_and_pictures_have_the_golden_bits() {
+    let (mut stand, mut painted) = (Sha256::new(), Sha256::new());
+    for (_, bits) in places(&dressed(&grown("oak", 9), &Look::default()), Some) {
+        bits.iter().for_each(|word| stand.update(word.to_le_bytes()));
+    }
+    for (species, season) in SPECIES.iter().zip(Season::ALL.iter().cycle()) {
+        let look = Look { season: *season, health: 0.8, texture_size: 256, ..Look::default() };
+        let tree = twig(species, 1.0);
+        let dressed = dress(&tree, Mesh::default(), &look).unwrap();
+        let leaves = dressed.foliage.first().map(|foliage| &foliage.material);
+        for material in core::iter::once(&dressed.bark).chain(leaves) {
+            for image in [&material.color_image, &material.normal_image, &material.roughness_image]
+            {
+                painted.update(&image.as_ref().unwrap().pixels);
+            }
+        }
+    }
+    let hex = |hash: Sha256| -> String {
+        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    };
+    assert_eq!([stand, painted].map(hex), GOLDEN, "leaves or pictures have changed");
 }

@@ -1,6 +1,8 @@
 //! From a skeleton to a branch graph: at most three children a node, the apical one first.
 
-use deeptree_graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, Quat, TreeInfo, Vec3};
+use deeptree_graph::{
+    BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, Quat, TreeInfo, Vec3,
+};
 
 use crate::skeleton::{Joint, Skeleton};
 use crate::ways::NONE;
@@ -45,8 +47,11 @@ pub(crate) fn assemble(skeleton: &Skeleton, heirs: &[u32], info: TreeInfo) -> Br
             let apical = skeleton.joints[heir as usize];
             let split = parent.position.lerp(apical.position, SPLIT);
             let towards = if rest.is_empty() { apical.position } else { split };
+            // As thick as the thickest that it carries.
+            let radius = |&i: &u32| skeleton.joints[i as usize].radius;
+            let thickness = rest.iter().map(radius).fold(apical.radius, f32::max);
             let mut signatures = [None; MAX_CHILDREN];
-            signatures[0] = Some(signature(&parent, towards, apical.radius));
+            signatures[0] = Some(signature(&parent, towards, thickness));
             for (slot, &other) in (1..).zip(&others) {
                 let Joint { position, radius, .. } = skeleton.joints[other as usize];
                 signatures[slot] = Some(signature(&parent, position, radius));

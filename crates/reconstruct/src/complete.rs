@@ -3,9 +3,9 @@
 use deeptree_graph::{Lineage, MAX_CHILDREN, Node, Plan, Vec3};
 use deeptree_infer::{Branchlet, Overflow, Workspace};
 
+use crate::forks::{View, lineage};
 use crate::kdtree::KdTree;
 use crate::prior::{Asked, Prior};
-use crate::forks::{View, lineage};
 use crate::skeleton::{Joint, Skeleton};
 use crate::ways::NONE;
 
@@ -65,11 +65,13 @@ pub(crate) fn complete(
             for child in children(sprout, branchlet) {
                 let position = prior.in_cloud(child.node.position) + skeleton.joints[0].position;
                 let near = |place: Vec3| place.distance(position) < APART * internode;
-                let is_free = index.nearest(position).is_none_or(|(i, _)| !near(places[i as usize]))
-                    && next.iter().all(|other| {
-                        !near(skeleton.joints[other.joint as usize].position)
-                    });
-                let is_within = position.cmpge(bounds.low).all() && position.cmple(bounds.high).all();
+                let is_free =
+                    index.nearest(position).is_none_or(|(i, _)| !near(places[i as usize]))
+                        && next
+                            .iter()
+                            .all(|other| !near(skeleton.joints[other.joint as usize].position));
+                let is_within =
+                    position.cmpge(bounds.low).all() && position.cmple(bounds.high).all();
                 if !is_free || !is_within || missing == 0 {
                     continue;
                 }
@@ -113,10 +115,7 @@ fn sprouts(skeleton: &Skeleton, prior: &Prior<'_>) -> Vec<Sprout> {
 }
 
 /// The children that were drawn for a sprout; inside a branch the apical one is there already.
-fn children<'a>(
-    sprout: &'a Sprout,
-    branchlet: &'a Branchlet,
-) -> impl Iterator<Item = Sprout> + 'a {
+fn children<'a>(sprout: &'a Sprout, branchlet: &'a Branchlet) -> impl Iterator<Item = Sprout> + 'a {
     let count = branchlet.children.iter().flatten().count() as u8;
     let up = &sprout.node;
     (0..MAX_CHILDREN).filter(|&slot| slot > 0 || sprout.is_end).filter_map(move |slot| {

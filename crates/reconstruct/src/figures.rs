@@ -55,7 +55,11 @@ impl Figures {
             let [r, s] = [start, node.thickness].map(f64::from);
             figures.volume += core::f64::consts::PI / 3.0 * length * (r * r + r * s + s * s);
             let (low, high) = (node.base().y - foot.y, from.y);
-            if node.order == 0 && figures.dbh.is_none() && low <= BREAST_HEIGHT && high >= BREAST_HEIGHT {
+            if node.order == 0
+                && figures.dbh.is_none()
+                && low <= BREAST_HEIGHT
+                && high >= BREAST_HEIGHT
+            {
                 let share = if high > low { (BREAST_HEIGHT - low) / (high - low) } else { 0.0 };
                 figures.dbh = Some(2.0 * (start + (node.thickness - start) * share));
             }

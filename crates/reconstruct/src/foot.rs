@@ -2,9 +2,9 @@
 
 use deeptree_graph::{Vec2, Vec3};
 
-use crate::{ReconstructError, circle};
 use crate::kdtree::KdTree;
 use crate::ways::Parts;
+use crate::{ReconstructError, circle};
 
 /// Height of the slab in which the foot is looked for, as a share of the cloud's.
 const SLAB: f32 = 0.03;
@@ -96,7 +96,8 @@ pub(crate) fn above_ground(points: &[Vec3]) -> Option<Vec<Vec3>> {
     let (ground, thickness) = (smooth(&lowest, columns, layer), 0.01 * side.y);
     let kept: Vec<Vec3> =
         points.iter().copied().filter(|&p| p.y > ground[of(p)] + thickness).collect();
-    (!kept.is_empty()).then_some(kept)
+    let (bottom, top) = bounds(&kept);
+    (top.y - bottom.y > 0.2 * side.y).then_some(kept)
 }
 
 /// The ground's height in each cell: its own lowest point, or the mean of the ground around it.

@@ -195,22 +195,3 @@ impl<'a> View<'a> {
 pub(crate) fn lineage(i: u32) -> Lineage {
     i.to_le_bytes().into_iter().fold(Lineage::ROOT, Lineage::child)
 }
-
-/// When each joint and its last descendant are met in a walk that goes deep first.
-fn spans(children: &[Vec<u32>]) -> Vec<(u32, u32)> {
-    let mut span = vec![(0, 0); children.len()];
-    let mut size = vec![1u32; children.len()];
-    for i in (0..children.len()).rev() {
-        size[i] += children[i].iter().map(|&c| size[c as usize]).sum::<u32>();
-    }
-    for i in 0..children.len() {
-        let first = span[i].0;
-        span[i].1 = first + size[i] - 1;
-        let mut next = first + 1;
-        for &child in &children[i] {
-            span[child as usize].0 = next;
-            next += size[child as usize];
-        }
-    }
-    span
-}

@@ -51,7 +51,7 @@ use deeptree_graph::{BranchGraph, Seed, Vec3};
 use deeptree_infer::{Overflow, Predictor};
 use deeptree_mesh::WoodOptions;
 
-pub use figures::Figures;
+pub use figures::{BREAST_HEIGHT, Figures};
 pub use fit::Fit;
 pub use kdtree::KdTree;
 pub use place::placed;
@@ -88,7 +88,7 @@ pub enum ReconstructError {
 pub struct Options<'a> {
     /// Where the tree stands, in the cloud's frame; found when none is given.
     pub root: Option<Vec3>,
-    /// Points this near to a branch need no branch of their own, in metres; 0.3 % of the cloud's
+    /// Points this near to a branch need no branch of their own, in metres; 0.26 % of the cloud's
     /// longest side when none is given. Less gives more and finer branches.
     pub cover: Option<f32>,
     /// Points that are worked on at most; a cloud of more is thinned. Default [`MOST_POINTS`].
@@ -131,6 +131,8 @@ pub struct Reconstruction {
     pub not_finite: usize,
     /// Points of the ground, by their voxels.
     pub ground: usize,
+    /// Points, of those worked on, that no branch was made for: alone, or across too wide a gap.
+    pub left_out: usize,
     /// Side of the voxels whose points were merged, in metres.
     pub voxel: f32,
     /// Nodes that the networks grew where the scanner saw nothing.

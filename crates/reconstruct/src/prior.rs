@@ -7,7 +7,9 @@
 //! better; [`Prior::draw`] is the one place where nodes are told to them.
 
 use deeptree_graph::signature::{TreeConditions, thickness_of, tip_count};
-use deeptree_graph::{ChildSignature, Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, TreeInfo, Vec3};
+use deeptree_graph::{
+    ChildSignature, Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, TreeInfo, Vec3,
+};
 use deeptree_infer::{Active, Branchlet, Overflow, Predictor, Root, Workspace};
 
 /// Branchlets drawn for each joint that is asked.
@@ -74,7 +76,7 @@ pub(crate) struct Shape {
 
 impl<'a> Prior<'a> {
     /// The networks as they know species number `species`, at the scale and with the conditions of
-    /// that of their trees which is shaped most like this one.
+    /// that of their trees which is shaped most like this one; none for a tree without height.
     pub(crate) fn new(
         model: &'a dyn Predictor,
         species: usize,
@@ -93,12 +95,15 @@ impl<'a> Prior<'a> {
             traits: root.traits,
         };
         let scale = root.traits.height / shape.height;
+        let is_sound = scale.is_finite() && scale > 0.0;
+        if !is_sound {
+            return None;
+        }
         let mut neighbourhood = Neighbourhood::of_a_tree();
         joints.iter().for_each(|&joint| neighbourhood.add(joint * scale));
         let centre = joints.iter().sum::<Vec3>() / joints.len().max(1) as f32 * scale;
         let sense = Sense { centre, outlook: centre, ..Sense::default() };
-        let is_sound = scale.is_finite() && scale > 0.0;
-        is_sound.then_some(Self { model, conditions, scale, seed, sense, neighbourhood })
+        Some(Self { model, conditions, scale, seed, sense, neighbourhood })
     }
 
     /// An internode of the networks, in metres of the cloud.

@@ -17,7 +17,7 @@ use crate::{Options, ReconstructError, Reconstruction};
 use crate::{forks, levels, scaffold, shape};
 
 /// Covered at first, as a share of the cloud's longest side.
-const COVER: f32 = 0.003;
+const COVER: f32 = 0.0026;
 
 /// Length of the levels that tell how much of the cloud is beyond a point; a share as above.
 const LEVEL: f32 = 0.015;
@@ -31,6 +31,9 @@ const THINNEST: f32 = 5e-4;
 /// Metres of gap that a covered point is worth, as a multiple of the points' spacing. Less leaves
 /// out lone points, more bridges wider gaps for them.
 const WORTH: f32 = 4.0;
+
+/// The widest gap in a branch, as a share of the cloud's height.
+const WIDEST: f32 = 0.15;
 
 /// Steps to the powers of these cost a way of a limb, and of a twig: limbs run straighter, twigs
 /// keep to rows of points.
@@ -70,12 +73,15 @@ pub fn reconstruct(
     let foot = foot::foot(&points, &index, options.root)?;
     let size = Size {
         side,
+        // A cloud that lies has some height, too.
+        height: (high.y - low.y).max(0.2 * side),
         cover: options.cover.unwrap_or(COVER * side),
         stem: foot.radius.unwrap_or(STEM * side),
     };
     let mut skeleton = skeleton(&points, &index, &foot, size);
     let mut work = Workspace::default();
     let prior = prior(&skeleton, &points, options, &mut work)?;
+    let left_out = skeleton.owner.iter().filter(|&&owner| owner == NONE).count();
     let mut completed = 0;
     if let Some(prior) = prior.as_ref().filter(|_| options.complete) {
         // What hangs lower than the points is no tree's.
@@ -94,8 +100,16 @@ pub fn reconstruct(
         joint.position -= foot.centre;
     }
     let (points, ground) = (points.len(), whole - points.len());
-    let tree = assemble(&skeleton, &heirs, info);
-    Ok(Reconstruction { tree, foot: foot.centre, points, not_finite, ground, voxel, completed })
+    Ok(Reconstruction {
+        tree: assemble(&skeleton, &heirs, info),
+        foot: foot.centre,
+        points,
+        not_finite,
+        ground,
+        left_out,
+        voxel,
+        completed,
+    })
 }
 
 fn check(options: &Options<'_>) -> Result<(), ReconstructError> {
@@ -112,20 +126,21 @@ fn check(options: &Options<'_>) -> Result<(), ReconstructError> {
 #[derive(Clone, Copy)]
 struct Size {
     side: f32,
+    height: f32,
     cover: f32,
     stem: f32,
 }
 
 /// The observed skeleton with its radii, in the cloud's frame.
 fn skeleton(points: &[Vec3], index: &KdTree, foot: &Foot, size: Size) -> Skeleton {
-    let Size { side, cover, stem } = size;
+    let Size { side, cover, stem, .. } = size;
     let neighbours = Neighbours::new(points, index);
     // 1. Everything, along ways that cut corners.
     let first = ways(&neighbours, points.len(), &foot.points, POWERS[0]);
     let shares = levels::shares_beyond(&neighbours, &first, LEVEL * side);
     let radius: Vec<f32> = shares.iter().map(|share| stem * libm::sqrtf(*share)).collect();
-    let worth = WORTH * neighbours.spacing;
-    let tracing = Tracing { points, index, ways: &first, radius: &radius, cover, worth };
+    let (worth, widest) = (WORTH * neighbours.spacing, WIDEST * size.height);
+    let tracing = Tracing { points, index, ways: &first, radius: &radius, cover, worth, widest };
     let mut skeleton = Skeleton::new(foot.centre, points.len());
     foot.points.iter().for_each(|&point| skeleton.owner[point as usize] = 0);
     trace(&tracing, &mut skeleton);

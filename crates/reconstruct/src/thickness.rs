@@ -36,9 +36,14 @@ pub(crate) fn thicken(skeleton: &mut Skeleton, points: &[Vec3], known: &Known) {
     for _ in 0..2 {
         let owned = owned(skeleton, points);
         for branch in &branches {
+            // Wood that was round a stretch ago is likely to be still, whatever it carries.
+            let mut last = 0.0;
             let circles: Vec<Option<Found>> = (0..branch.len())
                 .map(|at| {
-                    measure(skeleton, &owned, branch, at, expected[branch[at] as usize], known)
+                    let likely = expected[branch[at] as usize].max(0.8 * last);
+                    let found = measure(skeleton, &owned, branch, at, likely, known);
+                    last = found.map_or(0.0, |found| found.radius);
+                    found
                 })
                 .collect();
             for (at, &joint) in branch.iter().enumerate() {
@@ -57,7 +62,8 @@ pub(crate) fn thicken(skeleton: &mut Skeleton, points: &[Vec3], known: &Known) {
             joint.radius = *radius;
         }
         // Circles jump a little from stretch to stretch; wood does not.
-        let thick = |joint: &Joint| if joint.radius < known.visible { 0.0 } else { 2.0 * joint.radius };
+        let thick =
+            |joint: &Joint| if joint.radius < known.visible { 0.0 } else { 2.0 * joint.radius };
         straighten(skeleton, thick);
     }
 }

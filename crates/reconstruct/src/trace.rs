@@ -18,6 +18,8 @@ pub(crate) struct Tracing<'a> {
     pub(crate) cover: f32,
     /// Metres of branch across gaps that one more covered point is worth.
     pub(crate) worth: f32,
+    /// The widest gap that any branch crosses, in metres.
+    pub(crate) widest: f32,
 }
 
 /// Adds to a skeleton what it does not cover: from the point whose way is the longest, the way is followed until it
@@ -26,7 +28,8 @@ pub(crate) struct Tracing<'a> {
 ///
 /// Wood is covered as far around as it may be thick, and a way that enters it ends at its axis, so
 /// that branches do not run down beside the stem. A branch that crosses gaps which are longer than
-/// the points beyond them are worth is left out.
+/// the points beyond them are worth is left out, and so is one across a gap that is too wide for any:
+/// what stands there is another tree.
 ///
 /// # Source
 ///
@@ -55,7 +58,7 @@ pub(crate) fn trace(tracing: &Tracing<'_>, skeleton: &mut Skeleton) {
         let joints = tracing.joints(&way, skeleton.joints[start as usize].position);
         tracing.cover(&joints, &skeleton.owner, &mut covered);
         let gaps = tracing.gaps(&joints, skeleton.joints[start as usize].position);
-        if gaps <= tracing.worth * covered.len() as f32 {
+        if gaps.widest <= tracing.widest && gaps.sum <= tracing.worth * covered.len() as f32 {
             let first = skeleton.joints.len() as u32;
             for (i, position) in (0..).zip(joints) {
                 let parent = if i == 0 { start } else { first + i - 1 };
@@ -121,16 +124,20 @@ impl Tracing<'_> {
         covered.extend(found.into_iter().map(|(point, _, joint)| (point, joint)));
     }
 
-    /// Metres of the way's edges that are farther from any of its points than what is covered.
-    fn gaps(&self, joints: &[Vec3], start: Vec3) -> f32 {
-        let mut from = start;
-        joints
-            .iter()
-            .map(|&to| {
-                let length = from.distance(to);
-                from = to;
-                (length - 2.0 * self.cover).max(0.0)
-            })
-            .sum()
+    /// What of a way's edges is farther from its points than what is covered.
+    fn gaps(&self, joints: &[Vec3], start: Vec3) -> Gaps {
+        let (mut from, mut gaps) = (start, Gaps { sum: 0.0, widest: 0.0 });
+        for &to in joints {
+            let gap = (from.distance(to) - 2.0 * self.cover).max(0.0);
+            gaps = Gaps { sum: gaps.sum + gap, widest: gaps.widest.max(gap) };
+            from = to;
+        }
+        gaps
     }
+}
+
+/// Gaps that a way crosses, in metres.
+struct Gaps {
+    sum: f32,
+    widest: f32,
 }

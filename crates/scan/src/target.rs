@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::cutout::Cutout;
 use crate::hierarchy::Hierarchy;
-use crate::triangle::Triangle;
+use crate::triangle::{Seen, Triangle};
 
 /// A tree to be scanned, in metres, y up.
 #[derive(Clone)]
@@ -146,8 +146,9 @@ impl Target {
         let mut first = [None; N];
         let mut nearest = f64::INFINITY;
         self.hierarchy.walk(from, along[0], slope, |triangle| {
+            let seen = self.triangles[triangle].seen_from(from);
             for (first, along) in first.iter_mut().zip(along) {
-                self.meet(triangle, from, *along, first);
+                self.meet(triangle, &seen, *along, first);
                 nearest = first.map_or(nearest, |hit: Hit| nearest.min(hit.distance));
             }
             nearest + depth
@@ -156,8 +157,8 @@ impl Target {
     }
 
     /// Replaces what a ray has met first by what it meets in a triangle, where that is nearer.
-    fn meet(&self, triangle: usize, from: DVec3, along: DVec3, first: &mut Option<Hit>) {
-        let Some(meeting) = self.triangles[triangle].meeting(from, along) else { return };
+    fn meet(&self, triangle: usize, seen: &Seen, along: DVec3, first: &mut Option<Hit>) {
+        let Some(meeting) = seen.meeting(along) else { return };
         let nearer = first
             .is_none_or(|first| (meeting.distance, triangle) < (first.distance, first.triangle));
         if nearer && self.is_there(triangle, meeting.shares) {

@@ -24,29 +24,12 @@ impl Triangle {
         Self { corner: a, edges: [b - a, c - a] }
     }
 
-    /// Where the ray from `from` along `along` meets the triangle, from either side.
-    ///
-    /// # Source
-    ///
-    /// Möller and Trumbore 1997, "Fast, minimum storage ray/triangle intersection"; in double
-    /// precision, with the edges included, so that nothing slips between two triangles.
-    pub(crate) fn meeting(&self, from: DVec3, along: DVec3) -> Option<Meeting> {
+    /// The triangle as all rays from one place meet it, from either side.
+    pub(crate) fn seen_from(&self, from: DVec3) -> Seen {
         let [ab, ac] = self.edges.map(|edge| edge.as_dvec3());
-        let p = along.cross(ac);
-        let determinant = ab.dot(p);
-        if determinant == 0.0 {
-            return None;
-        }
         let to = from - self.corner.as_dvec3();
-        let u = to.dot(p) / determinant;
-        if !(0.0..=1.0).contains(&u) {
-            return None;
-        }
-        let q = to.cross(ab);
-        let v = along.dot(q) / determinant;
-        let distance = ac.dot(q) / determinant;
-        let hit = v >= 0.0 && u + v <= 1.0 && distance > 0.0;
-        hit.then_some(Meeting { distance, shares: [u, v] })
+        let second = to.cross(ab);
+        Seen { normal: ac.cross(ab), first: ac.cross(to), second, volume: ac.dot(second) }
     }
 
     /// The cosine between a unit direction and the triangle's normal, on either side.
@@ -63,6 +46,37 @@ impl Triangle {
     }
 }
 
+/// A triangle seen from one place.
+///
+/// # Source
+///
+/// Möller and Trumbore 1997, "Fast, minimum storage ray/triangle intersection", with the products
+/// that do not depend on the direction taken first; in double precision, with the edges included, so
+/// that nothing slips between two triangles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen {
+    normal: DVec3,
+    first: DVec3,
+    second: DVec3,
+    /// Six times the volume of the tetrahedron of the triangle and the place.
+    volume: f64,
+}
+
+impl Seen {
+    /// Where the ray along a direction meets the triangle.
+    pub(crate) fn meeting(&self, along: DVec3) -> Option<Meeting> {
+        let determinant = along.dot(self.normal);
+        // All is compared before it is divided: most triangles are missed.
+        let sign = if determinant < 0.0 { -1.0 } else { 1.0 };
+        let size = determinant * sign;
+        let u = along.dot(self.first) * sign;
+        let v = along.dot(self.second) * sign;
+        let distance = self.volume * sign;
+        let is_hit = size > 0.0 && u >= 0.0 && v >= 0.0 && u + v <= size && distance > 0.0;
+        is_hit.then(|| Meeting { distance: distance / size, shares: [u / size, v / size] })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -70,12 +84,13 @@ mod tests {
     #[test]
     fn a_ray_meets_a_triangle_where_it_pierces_it() {
         let flat = Triangle::new([Vec3::ZERO, Vec3::Z * 4.0, Vec3::X * 4.0]);
-        let down = |x, z| flat.meeting(DVec3::new(x, 3.0, z), -DVec3::Y);
+        let down = |x, z| flat.seen_from(DVec3::new(x, 3.0, z)).meeting(-DVec3::Y);
         assert_eq!(down(1.0, 2.0), Some(Meeting { distance: 3.0, shares: [0.5, 0.25] }));
         assert_eq!(down(3.0, 3.0), None);
         assert!(down(0.0, 0.0).is_some(), "a corner belongs to it");
-        assert!(flat.meeting(DVec3::new(1.0, -1.0, 1.0), DVec3::Y).is_some(), "from below");
-        assert!(flat.meeting(DVec3::new(1.0, 1.0, 1.0), DVec3::Y).is_none(), "behind");
+        let up = |y| flat.seen_from(DVec3::new(1.0, y, 1.0)).meeting(DVec3::Y);
+        assert!(up(-1.0).is_some(), "from below");
+        assert!(up(1.0).is_none(), "behind");
         assert_eq!(flat.cosine(-DVec3::Y), 1.0);
     }
 }

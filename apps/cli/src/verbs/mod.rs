@@ -7,6 +7,7 @@ mod generate;
 mod grow;
 mod info;
 mod making;
+mod reconstruct;
 mod regrow;
 pub(crate) mod render;
 mod scan;
@@ -24,6 +25,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Verb::Grow(verb) => grow::run(args, verb),
         Verb::Regrow(verb) => regrow::run(args, verb),
         Verb::Scan(verb) => scan::run(args, verb),
+        Verb::Reconstruct(verb) => reconstruct::run(args, verb),
         Verb::Dataset(verb) => dataset::run(args, verb),
         Verb::Train(verb) => train::run(args, verb),
         Verb::Evaluate(verb) => evaluate::run(args, verb),

@@ -25,7 +25,7 @@ fn what_is_written_reads_the_same() {
 #[test]
 fn clouds_of_one_table_keep_apart() {
     let path = tempfile::NamedTempFile::new().unwrap();
-    let mut clouds = vec![labelled([0.0; 3]), labelled([0.0; 3])];
+    let mut clouds = [labelled([0.0; 3]), labelled([0.0; 3])];
     clouds[1].points.iter_mut().for_each(|p| p.x += 1.0);
     let mut table = ScanWriter::new(path.reopen().unwrap(), &clouds[0]).unwrap();
     table.write(7, &clouds[0]).unwrap();

@@ -92,25 +92,28 @@ impl<'a> Document<'a> {
             node.mesh = Some(self.push_mesh(primitive, name));
         }
         // Children before the node: it names them.
-        let leaves = subject.leaves().map(|kind| self.push_leaves(kind, &wood.internodes));
-        let leaves = leaves.collect::<Result<Vec<_>, _>>()?;
+        let leaves = subject
+            .named_leaves()
+            .into_iter()
+            .map(|(name, kind)| self.push_leaves(name, kind, &wood.internodes))
+            .collect::<Result<Vec<_>, _>>()?;
         node.children = (!leaves.is_empty()).then_some(leaves);
         Ok(self.root.push(node))
     }
 
     fn push_leaves(
         &mut self,
+        name: String,
         kind: &'a Foliage,
         internodes: &'a [Internode],
     ) -> Result<Index<gltf::Node>, GltfError> {
         let material = self.material(&kind.material, Wrap::Clamp)?;
         let tangents = kind.material.normal_image.is_some();
-        let name = kind.material.name.clone();
         if self.options.instancing {
             let wanted = Attributes { tangents, ..Attributes::default() };
             let primitive = self.push_surface(&kind.blade, &[], material, wanted);
-            let mesh = self.push_mesh(primitive, name);
-            return Ok(self.push_instances(kind, mesh));
+            let mesh = self.push_mesh(primitive, name.clone());
+            return Ok(self.push_instances(name, kind, mesh));
         }
         let wanted = self.wanted(tangents);
         let primitive = self.push_surface(kind, internodes, material, wanted);

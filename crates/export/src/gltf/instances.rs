@@ -19,6 +19,7 @@ impl<'a> Document<'a> {
     /// Adds a node with a mesh that stands wherever there is a leaf of this kind.
     pub(super) fn push_instances(
         &mut self,
+        name: String,
         kind: &'a Foliage,
         mesh: Index<gltf::Mesh>,
     ) -> Index<gltf::Node> {
@@ -38,7 +39,7 @@ impl<'a> Document<'a> {
         extensions.others.insert(EXTENSION.to_owned(), value);
         self.root.push(gltf::Node {
             mesh: Some(mesh),
-            name: Some(kind.material.name.clone()),
+            name: Some(name),
             extensions: Some(extensions),
             ..gltf::Node::default()
         })

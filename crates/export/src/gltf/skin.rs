@@ -33,11 +33,13 @@ impl<'a> Document<'a> {
     /// Without playing it, the full shape is seen. Leaves are surfaces of their own, whatever the
     /// options say of instances.
     ///
-    /// `subject` must be of the tree that the unfolding was planned for.
-    ///
     /// # Errors
     ///
     /// As [`Document::new`].
+    ///
+    /// # Panics
+    ///
+    /// When it is written, if the unfolding was planned for another tree with fewer nodes.
     pub fn unfolding(
         subject: Subject<'a>,
         unfolding: &'a Unfolding,

@@ -32,7 +32,7 @@ fn picture_name(material: &Material, of: Use) -> String {
 
 /// All pictures of a tree.
 pub(super) fn pictures(subject: Subject<'_>) -> impl Iterator<Item = Picture<'_>> {
-    subject.materials().flat_map(|material| {
+    subject.materials().into_iter().flat_map(|material| {
         uses(material).map(|(of, image)| Picture {
             image,
             material: &material.name,

@@ -6,28 +6,24 @@
 //!
 //! # Source
 //!
-//! OpenUSD: UsdGeom and UsdShade schemas, `UsdPreviewSurface` proposal 2.6, `usdz` file format
-//! specification 1.3 (stored, the contents of each file at a multiple of 64 bytes).
+//! OpenUSD: UsdGeom and UsdShade schemas, `UsdPreviewSurface` specification 2.6.
 
 mod materials;
+mod package;
 mod stage;
 mod text;
 
-use std::io::{self, BufWriter, Seek, Write};
+use std::io::{self, Seek, Write};
 use std::path::Path;
 
 use deeptree_graph::TreeInfo;
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, ZipWriter};
 
 use crate::atomic::{WriteError, write_atomically};
 use crate::beside::{Beside, NameError, slug};
 use crate::images::{self, ImageError};
 use crate::subject::Subject;
 use materials::Picture;
-
-/// Where the contents of files in a package begin: at multiples of so many bytes.
-const ALIGNMENT: u16 = 64;
+use package::Package;
 
 /// Why a USD file was not written.
 #[derive(Debug, thiserror::Error)]
@@ -47,9 +43,6 @@ pub enum UsdError {
     /// A file was not written.
     #[error(transparent)]
     File(#[from] WriteError),
-    /// The package could not be written.
-    #[error("the package was not written; above 4 GiB, take .usda or a coarser level of detail")]
-    Package(#[from] zip::result::ZipError),
     /// The output failed.
     #[error(transparent)]
     Io(#[from] io::Error),
@@ -82,30 +75,23 @@ pub fn save<'a>(
 ///
 /// # Errors
 ///
-/// When a picture is not sound, or the output fails.
+/// When a picture is not sound, the package would pass the 4 GiB that the format can count, or the
+/// output fails.
 pub fn write_usdz<'a>(
     subject: impl Into<Subject<'a>>,
     info: &TreeInfo,
     out: &mut (impl Write + Seek),
 ) -> Result<(), UsdError> {
     let subject = subject.into();
-    let mut package = ZipWriter::new(out);
-    let stored = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Stored)
-        .with_alignment(ALIGNMENT);
+    let mut package = Package::new(out)?;
     let file = |name: &str| format!("textures/{}.png", slug(name));
     // The first file is the one that is opened.
-    package.start_file("tree.usda", stored)?;
-    let mut text = BufWriter::with_capacity(1 << 16, &mut package);
-    stage::write(subject, info, &file, &mut text)?;
-    text.flush()?;
-    drop(text);
+    package.add("tree.usda".to_owned(), |out| stage::write(subject, info, &file, out))?;
     for picture in materials::pictures(subject) {
-        package.start_file(file(&picture.name), stored)?;
-        package.write_all(&encode(&picture)?)?;
+        let png = encode(&picture)?;
+        package.add(file(&picture.name), |out| out.write_all(&png))?;
     }
-    package.finish()?.flush()?;
-    Ok(())
+    Ok(package.finish()?)
 }
 
 fn encode(picture: &Picture<'_>) -> Result<Vec<u8>, UsdError> {

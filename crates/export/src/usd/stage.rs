@@ -30,8 +30,8 @@ pub(super) fn write(
         let looks = Looks { tree: &tree, material: name, both: *both };
         write_mesh("wood", subject.wood, &looks, &mut out)?;
     }
-    for kind in subject.leaves() {
-        write_leaves(kind, &tree, &mut out)?;
+    for (name, kind) in subject.named_leaves() {
+        write_leaves(&identifier(&name), kind, &tree, &mut out)?;
     }
     materials::write(subject, &tree, file, &mut out)?;
     writeln!(out, "}}")?;
@@ -88,8 +88,7 @@ fn write_extent(bounds: Option<(Vec3, Vec3)>, out: &mut impl Write) -> io::Resul
 }
 
 /// Leaves as copies of their blade.
-fn write_leaves(kind: &Foliage, tree: &str, out: &mut impl Write) -> io::Result<()> {
-    let name = identifier(&kind.material.name);
+fn write_leaves(name: &str, kind: &Foliage, tree: &str, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "    def PointInstancer \"{name}\"\n    {{")?;
     write_extent(kind.bounds(), out)?;
     let leaves = || kind.leaves.iter();

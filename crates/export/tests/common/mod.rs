@@ -71,13 +71,15 @@ pub(crate) fn leaves(tree: &BranchGraph) -> Vec<Leaf> {
     tree.nodes().iter().enumerate().filter(|(_, node)| node.child_count() == 0).map(leaf).collect()
 }
 
-/// A tree with bark and two kinds of leaf.
+/// A tree with bark and three kinds of leaf, of which the first and the last share a material.
 pub(crate) fn dressed(seed: u64, nodes: usize) -> (BranchGraph, Dressed) {
     let tree = random_tree(seed, nodes);
     let mut first = leaves(&tree);
-    let second = first.split_off(first.len() / 2);
+    let mut second = first.split_off(first.len() / 2);
+    let third = second.split_off(second.len() / 2);
     let kind = |name, leaves| Foliage { blade: blade(), leaves, material: leaf_material(name) };
-    let foliage = vec![kind("test leaf", first), kind("other leaf", second)];
+    let all = [("test leaf", first), ("other leaf", second), ("test leaf", third)];
+    let foliage = all.map(|(name, leaves)| kind(name, leaves)).to_vec();
     let dressed = Dressed { wood: wood(&tree, &WoodOptions::default()), bark: bark(), foliage };
     (tree, dressed)
 }

@@ -433,3 +433,28 @@ impl Habit {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::look::SPECIES;
+
+    #[test]
+    fn species_and_the_greatest_share_of_a_blend_have_their_own_habit() {
+        for species in SPECIES {
+            assert_eq!(habit(species).species, species);
+            assert_eq!(habit(&format!("beech:0.3,{species}:0.7")).species, species);
+        }
+        assert_eq!(habit("oak:0.5,willow:0.5").species, "oak");
+        assert_eq!(["", "fern", "oak:x", ",:"].map(|name| habit(name).species)[0], "beech");
+    }
+
+    #[test]
+    fn the_golden_angle_parts_a_turn_by_the_golden_ratio() {
+        let turn = core::f64::consts::TAU;
+        let golden = f64::from(Phyllotaxis::Spiral.angle(1));
+        let ratio = (turn - golden) / golden;
+        // The ratio of the greater part to the smaller is that of the turn to the greater part.
+        assert!((ratio - turn / (turn - golden)).abs() < 1e-6);
+    }
+}

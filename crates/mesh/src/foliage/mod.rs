@@ -23,6 +23,9 @@ use shoots::{KINDS, shoots};
 /// and transmits about as much (Jacquemoud and Baret 1990, "PROSPECT").
 const TRANSLUCENCY: f32 = 0.45;
 
+/// Leaves that have lost their chlorophyll to sickness, linear.
+const SALLOW: [f32; 3] = [0.46, 0.40, 0.07];
+
 /// What trees of one species look like: their materials, painted once for as many as there are.
 #[derive(Debug)]
 pub struct Wardrobe {
@@ -51,7 +54,7 @@ pub fn dress(tree: &BranchGraph, wood: Mesh, look: &Look) -> Result<Dressed, Loo
 }
 
 impl Wardrobe {
-    /// Paints what trees of a species are made of. Of a blend, such as `oak:0.7,willow:0.3`, the
+    /// Paints what trees of a species are made of, or those of `look.species`. Of a blend, such as `oak:0.7,willow:0.3`, the
     /// greatest share counts; an unknown species looks like the beech.
     ///
     /// # Errors
@@ -59,7 +62,7 @@ impl Wardrobe {
     /// When `look` does not pass [`Look::validate`].
     pub fn new(species: &str, look: &Look) -> Result<Self, LookError> {
         look.validate()?;
-        let habit = habit(species);
+        let habit = habit(look.species.as_deref().unwrap_or(species));
         let bare = !look.leaves || habit.hanging(look.season) <= 0.0;
         let bark = bark_material(&habit, look);
         let leaves = (!bare).then(|| Leaves::new(&habit, look));
@@ -144,15 +147,16 @@ fn ink(habit: &Habit, look: &Look) -> Ink {
         Season::Spring => habit.spring,
         _ => habit.summer,
     };
-    let turning = match look.season {
-        Season::Autumn if !habit.evergreen => 1.0,
-        _ => 0.8 * (1.0 - look.health),
+    let (turning, turned) = match look.season {
+        Season::Autumn if !habit.evergreen => (1.0, habit.autumn),
+        // What ails yellows.
+        _ => (0.8 * (1.0 - look.health), [SALLOW; 2]),
     };
     Ink {
         blade: tints.blade,
         mottle: tints.mottle,
         vein: tints.vein,
-        turned: habit.autumn,
+        turned,
         turning,
         dry: 0.35 * (1.0 - look.health),
         twig: habit.twig,

@@ -131,7 +131,7 @@ fn interlaced([x, y]: [f32; 2], [across, up]: [i32; 2], depth: f32, noise: Noise
     let tone = cloud(noise.other(7), [x, y], [4, 3], 4);
     Point {
         deep: depth * deep,
-        out: (0.06 + 0.94 * step(0.0, 0.85, stands)) * (1.0 - 0.30 * crack),
+        out: (0.18 + 0.82 * step(0.0, 0.85, stands)) * (1.0 - 0.30 * crack),
         stain: 0.45 + 0.6 * tone + 0.25 * lines + 0.4 * (0.6 - stands),
         grain: 0.4 * lines + 0.4 * rough + 0.25 * (flake.id - 0.5),
     }

@@ -268,6 +268,30 @@ mod tests {
     }
 
     #[test]
+    fn normals_are_of_unit_length_and_lean_down_the_slope() {
+        let size = 64;
+        // A ridge along y of a slope of a half: heights and places have one unit.
+        let canvas = Canvas::fill(size, |[x, _]| Pixel {
+            color: [0.0; 3],
+            alpha: 1.0,
+            height: -0.5 * (x - 0.5).abs(),
+            roughness: 0.5,
+        });
+        let image = canvas.normal_image(false);
+        let at = |column: usize, row: usize| -> [f32; 3] {
+            let first = 3 * (row * size as usize + column);
+            core::array::from_fn(|k| f32::from(image.pixels[first + k]) / 127.5 - 1.0)
+        };
+        for (column, side) in [(12, -1.0), (50, 1.0)] {
+            let [x, y, z] = at(column, 30);
+            // (∓1, 0, 2) / √5
+            assert!(
+                (x - side * 0.4472).abs() < 0.01 && y.abs() < 0.01 && (z - 0.8944).abs() < 0.01
+            );
+        }
+    }
+
+    #[test]
     fn srgb_of_known_values() {
         let encode = Encoder::new();
         // 18 % grey is 118 (0.4614), half of the light 188 (0.7354).

@@ -139,7 +139,9 @@ fn venation(side: u32, card: &Card, lamina: &Lamina, mask: &Mask) -> Venation {
         let widths = vein.widths.map(|w| (w * card.length).max(0.35 * pixel));
         let wide = (0.045 * lamina.seat.length * card.length).max(2.0 * pixel);
         let reach = (2.0 * wide / widths[0]).max(2.0);
-        let strength = if vein.rank == 0 { 1.0 } else { 0.8 };
+        // What is thinner than a pixel is as much fainter.
+        let thin = (1.4 * vein.widths[0] * card.length / pixel).clamp(0.3, 1.0);
+        let strength = if vein.rank == 0 { 1.0 } else { 0.8 * thin };
         along(side, &points, widths, reach, |at, distance, width| {
             let (column, row) = (at % size, at / size);
             let (left, top) = (mask.corner[0] as usize, mask.corner[1] as usize);
@@ -195,13 +197,18 @@ fn blade(canvas: &mut Canvas, card: &Card, lamina: &Lamina, ink: &Ink, (turned, 
         color = blend(color, fall, step(-0.35, 0.35, turn));
         color = scaled(color, tone * (1.0 + 0.09 * grain));
         color = blend(color, ink.vein, 0.18 * mesh + 0.62 * veins.line[k]);
-        let spot = noise.other(3).cloud(own.map(|x| 7.0 * x), WIDE, 4);
-        let dry = step(1.3 - 2.4 * ink.dry, 1.45 - 2.4 * ink.dry, 0.5 + spot);
-        color = blend(color, DRY, dry);
+        let mut dry = 0.0;
+        if ink.dry > 0.0 {
+            let spot = noise.other(3).cloud(own.map(|x| 7.0 * x), WIDE, 4);
+            let spread = 0.5 + spot + 2.4 * ink.dry;
+            // Spots have a yellow border.
+            color = blend(color, scaled(turned, 0.8), 0.7 * step(1.15, 1.32, spread));
+            dry = step(1.30, 1.42, spread);
+            color = blend(color, scaled(DRY, 1.0 + 0.5 * cloud + 0.2 * grain), dry);
+        }
 
         let pixel = &mut canvas.pixels[row * side as usize + column];
         let share = if pixel.alpha > 0.0 { cover } else { 1.0 };
-        // Where blades overlap, the lower one lies in shade.
         pixel.color = blend(pixel.color, color, share);
         pixel.alpha = pixel.alpha.max(cover.min(1.0));
         let relief = 0.012 * (1.0 - veins.near[k]) - 0.006 * veins.line[k] + 0.0018 * net.border;
@@ -225,5 +232,56 @@ fn twig(canvas: &mut Canvas, ink: &Ink, noise: Noise) {
             pixel.height = 0.001 * grain;
             pixel.roughness = 0.8;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::atlas::cards;
+    use super::super::frond::Frond;
+    use super::super::outline::{Form, area};
+    use super::*;
+
+    const INK: Ink = Ink {
+        blade: [0.1, 0.25, 0.05],
+        mottle: [0.08, 0.2, 0.04],
+        vein: [0.3, 0.4, 0.15],
+        turned: [[0.5, 0.3, 0.05]; 2],
+        turning: 0.0,
+        dry: 0.0,
+        twig: [0.1; 3],
+        roughness: 0.5,
+    };
+
+    #[test]
+    fn a_leaf_covers_the_area_of_its_outline() {
+        let noise = Noise::new(3, 2);
+        for form in [Form::Maple, Form::Beech, Form::Tulip] {
+            let cards = cards(Frond::Leaf { form, petiole: 0.0 }, noise);
+            let canvas = paint(256, &cards, &INK, noise);
+            let left = (0.95 * 256.0) as usize;
+            let rows = canvas.pixels.chunks(256);
+            let cover: f32 = rows.flat_map(|row| &row[..left]).map(|pixel| pixel.alpha).sum();
+            let outline =
+                |card: &Card| card.length * card.length * area(&card.drawing.laminae[0].outline);
+            let truth: f32 = cards.iter().map(outline).sum();
+            let share = cover / (256.0 * 256.0) / truth;
+            assert!((0.99..1.02).contains(&share), "{form:?}: {share}");
+        }
+    }
+
+    #[test]
+    fn green_leaves_are_green_and_turned_leaves_are_not() {
+        let noise = Noise::new(3, 2);
+        let cards = cards(Frond::Leaf { form: Form::Maple, petiole: 0.2 }, noise);
+        let mean = |turning: f32| -> Rgb {
+            let canvas = paint(256, &cards, &Ink { turning, ..INK }, noise);
+            let blade = canvas.pixels.iter().filter(|pixel| pixel.alpha > 0.9);
+            blade.fold([0.0; 3], |sum, pixel| core::array::from_fn(|k| sum[k] + pixel.color[k]))
+        };
+        let [red, green, blue] = mean(0.0);
+        assert!(green > 1.5 * red && green > 2.0 * blue);
+        let [red, green, _] = mean(1.0);
+        assert!(red > green);
     }
 }

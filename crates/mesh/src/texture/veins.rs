@@ -91,14 +91,18 @@ fn at(points: &[[f32; 2]], share: f32) -> [f32; 2] {
 fn march(outline: &[[f32; 2]], start: [f32; 2], angle: f32, turn: f32, most: f32) -> Vec<[f32; 2]> {
     const STEP: f32 = 0.012;
     let (mut p, mut angle, mut points) = (start, angle, vec![start]);
-    for _ in 0..(most / STEP) as u32 {
+    for step in 0..(most / STEP) as u32 {
         let (sin, cos) = libm::sincosf(angle);
         p = [p[0] + STEP * sin, p[1] + STEP * cos];
         if !within(outline, [p[0] + STEP * sin, p[1] + STEP * cos]) {
             break;
         }
-        points.push(p);
+        // Veins are nearly straight: a point every few steps draws them.
+        if step % 4 == 3 {
+            points.push(p);
+        }
         angle += STEP * turn;
     }
+    points.push(p);
     points
 }

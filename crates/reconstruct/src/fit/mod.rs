@@ -7,7 +7,7 @@ use deeptree_graph::Vec3;
 use deeptree_mesh::Mesh;
 
 use crate::kdtree::KdTree;
-pub use skeletons::{ORDERS, SkeletonFit};
+pub use skeletons::{ORDERS, SAME_WAY, SkeletonFit};
 pub use surface::Surface;
 
 /// Points the surface is sampled at unless told otherwise: shares are right to a third of a percent.

@@ -87,7 +87,8 @@ struct Steps {
 
 impl Steps {
     fn of(tree: &BranchGraph, step: f32) -> Self {
-        let mut steps = Self { places: Vec::new(), lengths: Vec::new(), orders: Vec::new(), ways: Vec::new() };
+        let mut steps =
+            Self { places: Vec::new(), lengths: Vec::new(), orders: Vec::new(), ways: Vec::new() };
         for node in tree.nodes() {
             let pieces = libm::ceilf(node.length / step).clamp(1.0, 1e6) as u32;
             for piece in 0..pieces {

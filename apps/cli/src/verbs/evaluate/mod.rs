@@ -21,6 +21,7 @@ mod perceptual;
 #[cfg(feature = "train")]
 mod points;
 mod priors;
+mod reconstruction;
 mod regrowth;
 mod runtime;
 mod study;
@@ -49,7 +50,7 @@ use untrained::{ablation, joint};
 type Maker = fn(&Study<'_>) -> Result<Chapter>;
 
 /// The chapters of a report, in their order.
-const CHAPTERS: [(&str, Maker); 15] = [
+const CHAPTERS: [(&str, Maker); 16] = [
     ("table", table::chapter),
     ("perceptual", perceptual::chapter),
     ("two-sample", two_sample::chapter),
@@ -65,6 +66,7 @@ const CHAPTERS: [(&str, Maker); 15] = [
     ("regrowth", regrowth::chapter),
     ("environment", environment::chapter),
     ("forms", forms::chapter),
+    ("reconstruction", reconstruction::chapter),
 ];
 
 /// Runs the chapters asked for. The page is written anew after each, so that a run that is cut off
