@@ -17,6 +17,7 @@ use deeptree_reconstruct::{
 };
 use serde_json::{Value, json};
 
+use super::render::preview;
 use crate::args::{self, Args, Frame, UsageError};
 use crate::batch::Made;
 use crate::clouds::{self, CloudFormat};
@@ -34,6 +35,7 @@ const NEAR: f64 = 4096.0;
 pub(crate) fn run(args: &Args, verb: &args::Reconstruct) -> Result<()> {
     let mut target = Target::new(&verb.out.output, verb.out.format, 1, &verb.out.mesh)?;
     target.mesh.as_scanned = true;
+    preview::check(&verb.out)?;
     if target.format == Format::Dtree {
         bail!(output::seed_files_are_generated());
     }
@@ -66,6 +68,7 @@ pub(crate) fn run(args: &Args, verb: &args::Reconstruct) -> Result<()> {
         let seed = verb.seed;
         take(&Made { seed, number: 0, tree, germ: None, hit_budget: false, avoided: None })
     })?;
+    preview::take(&verb.out, &made.tree)?;
     if let Some(path) = &verb.qsm {
         write_table(path, &made, &frame, verb.frame)?;
     }
