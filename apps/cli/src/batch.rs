@@ -11,6 +11,7 @@ use rayon::prelude::*;
 const CHUNK: u64 = 64;
 
 /// A tree that was made.
+#[derive(Clone)]
 pub(crate) struct Made {
     pub(crate) seed: u64,
     /// Its number in a table.

@@ -87,7 +87,13 @@ impl Target {
             return out.flush().context("cannot write to standard output");
         }
         if self.format.is_surface() {
-            return make(&mut |made| self.save_one(made, &self.path));
+            // Kept until nothing can fail: the files of one surface come last.
+            let mut one = None;
+            make(&mut |made| {
+                one = Some(made.clone());
+                Ok(())
+            })?;
+            return one.iter().try_for_each(|made| self.save_one(made, &self.path));
         }
         self.write_file(&self.path, |out| self.write_all(make, out))
     }

@@ -97,7 +97,8 @@ fn measure(study: &Study<'_>, model: &Model, species: &str) -> Result<Sizes> {
     })
 }
 
-/// Bytes of the tree in each format, written as `generate` writes it; nodes; vertices.
+/// Bytes of the tree in each format, written as `generate` writes it, without materials; nodes;
+/// vertices.
 fn weigh(tree: &BranchGraph, model: &Model) -> Result<[usize; COLUMNS]> {
     let mesh = wood(tree, &WoodOptions::default());
     let mut text = Vec::new();
