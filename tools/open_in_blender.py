@@ -3,7 +3,7 @@
 
     venv/bin/python tools/open_in_blender.py out/ oak.glb oak.gltf oak.obj oak.ply oak.usdz
 
-The environment is that of tools/sheet.py. Of an animation there is a picture of each of `--times`,
+The environment is that of tools/requirements.txt. Of an animation there is a picture of each of `--times`,
 in shares of its length.
 """
 

@@ -280,11 +280,11 @@ impl Surface {
         self.frame[2]
     }
 
-    pub(crate) fn to_local(&self, w: Vec3) -> Vec3 {
+    pub(crate) fn to_local(self, w: Vec3) -> Vec3 {
         Vec3::from_array(self.frame.map(|axis| axis.dot(w)))
     }
 
-    pub(crate) fn to_world(&self, w: Vec3) -> Vec3 {
+    pub(crate) fn to_world(self, w: Vec3) -> Vec3 {
         let [t, b, n] = self.frame;
         t * w.x + b * w.y + n * w.z
     }
