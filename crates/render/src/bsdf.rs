@@ -153,7 +153,7 @@ mod tests {
     fn scattering_is_reciprocal() {
         for bsdf in all() {
             for (a, b) in [(0.2, 0.9), (0.5, 0.6)] {
-                let (a, b) = (direction(a), Vec3::new(0.0, (1.0 - b * b).sqrt(), b));
+                let (a, b) = (direction(a), Vec3::new(0.0, f32::sqrt(1.0 - b * b), b));
                 let there = bsdf.eval(a, b);
                 assert!((there - bsdf.eval(b, a)).length() <= 1e-5 * there.length());
                 // Through the surface: each direction is seen from its own side.

@@ -268,7 +268,7 @@ mod tests {
                 }
             }
             // Mean n, variance 2n: five standard deviations.
-            assert!(chi < cells + 5.0 * (2.0 * cells).sqrt(), "{roughness}: {chi} {cells}");
+            assert!(chi < cells + 5.0 * f64::sqrt(2.0 * cells), "{roughness}: {chi} {cells}");
         }
     }
 }
