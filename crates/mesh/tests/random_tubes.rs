@@ -2,53 +2,15 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod common;
+
 use std::collections::BTreeMap;
 
+use common::{double_area, signature_tree};
 use deeptree_graph::testing::random_tree;
 use deeptree_graph::{BranchGraph, ChildSignature, Quat, TreeInfo, Vec3};
 use deeptree_mesh::{MIN_RADIUS, Mesh, WoodOptions, tubes};
 use proptest::prelude::*;
-
-/// Edges of all kinds: straight on, straight back, right angles, anywhere; lengths and radii from 0.
-fn signature() -> impl Strategy<Value = ChildSignature> {
-    let angle = || {
-        prop_oneof![
-            2 => Just(0.0f32),
-            1 => Just(core::f32::consts::PI),
-            1 => Just(core::f32::consts::FRAC_PI_2),
-            6 => -3.2f32..3.2,
-        ]
-    };
-    let size = |most: f32| prop_oneof![1 => Just(0.0f32), 2 => 0.0..0.01f32, 6 => 0.0..most];
-    (angle(), angle(), size(0.5), size(2.0)).prop_map(|(yaw, pitch, thickness, length)| {
-        let rotation = Quat::from_rotation_z(yaw) * Quat::from_rotation_x(pitch);
-        ChildSignature { rotation, thickness, length }
-    })
-}
-
-prop_compose! {
-    fn tree()(
-        root in signature(),
-        branchlets in proptest::collection::vec(
-            (any::<prop::sample::Index>(), proptest::array::uniform3(proptest::option::of(signature()))),
-            0..30,
-        ),
-    ) -> BranchGraph {
-        let info = TreeInfo { species: "random".into(), age: 1, gravitropism: 0.0, seed: 0 };
-        let mut tree = BranchGraph::new(info, Vec3::ZERO, root);
-        for (at, children) in branchlets {
-            let at = at.index(tree.len()) as u32;
-            if tree.node(at).child_count() == 0 {
-                tree.grow(at, children);
-            }
-        }
-        tree
-    }
-}
-
-fn double_area([a, b, c]: [Vec3; 3]) -> f32 {
-    (b - a).cross(c - a).length()
-}
 
 /// Half edges of a tube between places, each with the times it is run along less those against.
 fn open_edges(mesh: &Mesh, indices: std::ops::Range<u32>) -> usize {
@@ -86,7 +48,7 @@ proptest! {
 
     #[test]
     fn tubes_are_closed_without_degenerate_triangles_and_normals_are_unit(
-        tree in tree(),
+        tree in signature_tree(),
         level in 0u8..4,
     ) {
         check(&tubes(&tree, &WoodOptions::lod(level)))?;
@@ -98,7 +60,7 @@ proptest! {
     }
 
     #[test]
-    fn tubes_cover_the_mesh_without_gaps_and_wind_outward(tree in tree()) {
+    fn tubes_cover_the_mesh_without_gaps_and_wind_outward(tree in signature_tree()) {
         let mesh = tubes(&tree, &WoodOptions::default());
         let (mut vertex, mut index) = (0, 0);
         for tube in &mesh.tubes {

@@ -48,6 +48,22 @@ pub(crate) fn double_area([a, b, c]: [Vec3; 3]) -> f32 {
     (b - a).cross(c - a).length()
 }
 
+/// The bits of all that a mesh draws.
+pub(crate) fn words(mesh: &Mesh) -> Vec<u32> {
+    let floats = |v: &[Vec3]| v.iter().flat_map(|p| p.to_array()).map(f32::to_bits).collect();
+    let positions: Vec<u32> = floats(&mesh.positions);
+    let normals: Vec<u32> = floats(&mesh.normals);
+    let uvs = mesh.uvs.as_flattened().iter().map(|x| x.to_bits()).collect();
+    [positions, normals, uvs, mesh.indices.clone()].concat()
+}
+
+/// FNV-1a over the bytes of some words.
+pub(crate) fn hash(words: &[u32]) -> u64 {
+    words.iter().flat_map(|word| word.to_le_bytes()).fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
 /// What holds of the wood of any tree: each edge has two faces, one to each side; the faces around
 /// each vertex are one fan; one piece with the Euler characteristic of a sphere; no degenerate
 /// triangle; copies stand where their originals do.
