@@ -388,6 +388,14 @@ pub(crate) struct Train {
     /// Use only the first N training trees of each species of a corpus.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) trees: Option<u32>,
+    /// Train these networks only, separated by commas, and keep the others of --model: for a change
+    /// that no other network learns anything of.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', requires = "model")]
+    pub(crate) only: Vec<String>,
+    /// The model that --only keeps networks of, with its .toml beside it; made of the same corpora
+    /// with the same options.
+    #[arg(long, value_name = "FILE", requires = "only")]
+    pub(crate) model: Option<PathBuf>,
     /// Networks that train side by side, one thread each [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) workers: Option<u16>,

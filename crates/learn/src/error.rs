@@ -49,6 +49,11 @@ pub enum TrainError {
          folder to start anew"
     )]
     OtherRun { path: PathBuf, difference: String },
+    #[error(
+        "the model's other networks cannot be kept: {what}; train all of them, or name the trees \
+         and options that it was made with"
+    )]
+    OtherModel { what: &'static str },
     #[error("{path} is damaged ({what}); delete it to train that network anew")]
     Checkpoint { path: PathBuf, what: &'static str },
     #[error("cannot {action} {path}")]
@@ -64,4 +69,6 @@ pub enum TrainError {
     Model(#[from] deeptree_infer::ReadWeightsError),
     #[error("the settings or the report cannot be written as TOML")]
     Toml(#[from] toml::ser::Error),
+    #[error("the file beside the model does not tell how it was trained")]
+    Report(#[source] toml::de::Error),
 }

@@ -22,6 +22,7 @@ mod checkpoint;
 mod course;
 mod device;
 mod error;
+mod kept;
 mod loss;
 mod mlp;
 mod model;
@@ -38,7 +39,7 @@ mod training;
 
 pub use device::Processor;
 pub use error::TrainError;
-pub use model::{TrainedModel, train};
+pub use model::{TrainedModel, retrain, train};
 pub use options::{Kind, NetworkOptions, TrainOptions};
 pub use progress::{Silent, TrainEvent, TrainProgress};
 pub use report::{Figures, NetworkReport, ReliabilityBin, Report};

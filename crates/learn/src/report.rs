@@ -45,6 +45,15 @@ impl Report {
     pub fn to_toml(&self) -> Result<String, TrainError> {
         Ok(toml::to_string(self)?)
     }
+
+    /// Reads the text of such a file.
+    ///
+    /// # Errors
+    ///
+    /// [`TrainError::Report`], when it is none.
+    pub fn from_toml(text: &str) -> Result<Self, TrainError> {
+        toml::from_str(text).map_err(TrainError::Report)
+    }
 }
 
 /// How one network was trained, and its figures.

@@ -21,6 +21,7 @@ pub(crate) fn run(args: &Args, verb: &args::Train) -> Result<()> {
 pub(super) mod training {
     use std::collections::BTreeMap;
     use std::fmt::Write as _;
+    use std::fs;
     use std::io::Write;
     use std::path::{Path, PathBuf};
     use std::sync::Mutex;
@@ -30,8 +31,10 @@ pub(super) mod training {
     use deeptree_export::write_atomically;
     use deeptree_graph::BranchGraph;
     use deeptree_graph::signature::paper::ATTRIBUTES;
+    use deeptree_infer::Weights;
     use deeptree_learn::{
-        Kind, NetworkOptions, Processor, Surroundings, TrainEvent, TrainOptions, TrainingSet, train,
+        Kind, NetworkOptions, Processor, Report, Surroundings, TrainEvent, TrainOptions,
+        TrainingSet, retrain, train,
     };
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -47,7 +50,15 @@ pub(super) mod training {
         let set = only_species(read(args, verb)?, &verb.species)?;
         let bars = Bars::new(args);
         let checkpoints = beside(&verb.output, "checkpoint");
-        let trained = train(&set, &options, &checkpoints, &|event| bars.show(event))?;
+        let progress = |event| bars.show(event);
+        let trained = match &verb.model {
+            None => train(&set, &options, &checkpoints, &progress)?,
+            Some(path) => {
+                let (model, report) = read_model(path)?;
+                let kept = (&model, &report);
+                retrain(&set, &options, &verb.only, kept, &checkpoints, &progress)?
+            }
+        };
 
         let report = toml_of(&trained.report)?;
         write_atomically(&verb.output, |out| out.write_all(&trained.weights))?;
@@ -58,8 +69,21 @@ pub(super) mod training {
         Ok(())
     }
 
+    /// A model, and what the file beside it says.
+    fn read_model(path: &Path) -> Result<(Weights, Report)> {
+        let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let model = Weights::from_bytes(&bytes)
+            .with_context(|| format!("{} is no model", path.display()))?;
+        let toml = path.with_extension("toml");
+        let text =
+            fs::read_to_string(&toml).with_context(|| format!("cannot read {}", toml.display()))?;
+        let report =
+            Report::from_toml(&text).with_context(|| format!("cannot read {}", toml.display()))?;
+        Ok((model, report))
+    }
+
     /// The figures over all species; those of each are in the file.
-    fn summary(report: &deeptree_learn::Report, model: &Path, toml: &Path) -> String {
+    fn summary(report: &Report, model: &Path, toml: &Path) -> String {
         let mut text = String::new();
         for (name, network) in &report.networks {
             let _ = writeln!(text, "{name:>10}: {}", values(&network.total));
@@ -79,7 +103,7 @@ pub(super) mod training {
         values.collect::<Vec<_>>().join(", ")
     }
 
-    fn toml_of(report: &deeptree_learn::Report) -> Result<String> {
+    fn toml_of(report: &Report) -> Result<String> {
         let toml = report.to_toml().context("the report cannot be written as TOML")?;
         Ok(match commit() {
             Some(commit) => format!("commit = \"{commit}\"\n{toml}"),

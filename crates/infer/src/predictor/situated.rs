@@ -469,12 +469,14 @@ impl Situated {
             self.lengths_of(tree.species, order),
             &mut seed.draws(lineage, Purpose::ChildLength),
         );
+        let law = self.slots[tree.species][slot];
+        let alignment = law.alignment(roll, node);
         let mut turn = Turn { swing: Vec2::ZERO, roll };
         for attempt in 0..ATTEMPTS {
             // The first of these draws is the roll's.
             let mut draws = seed.draws(lineage, Purpose::ChildRotation).at(1 + attempt);
-            turn.swing = sampling::swing(outputs, slot, &mut draws)?;
-            let rotation = self.slots[tree.species][slot].rotation(turn, node, tree.gravitropism);
+            turn.swing = sampling::swing(outputs, alignment, &mut draws)?;
+            let rotation = law.rotation(turn, node, tree.gravitropism);
             let front = node.orientation * (rotation * Vec3::NEG_Z);
             let tip = node.position + length * front;
             if tip.y >= 0.0 && room.is_none_or(|room| room.admits_edge(node.position, tip)) {
