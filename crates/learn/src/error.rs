@@ -50,8 +50,8 @@ pub enum TrainError {
     )]
     OtherRun { path: PathBuf, difference: String },
     #[error(
-        "the model's other networks cannot be kept: {what}; train all of them, or name the trees \
-         and options that it was made with"
+        "the model's other networks cannot be kept: {what}; train all of them, or name such \
+         trees and the options that it was made with"
     )]
     OtherModel { what: &'static str },
     #[error("{path} is damaged ({what}); delete it to train that network anew")]

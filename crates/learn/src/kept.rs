@@ -1,11 +1,16 @@
 //! What a model keeps when some of its networks are trained anew.
 
-use deeptree_infer::Weights;
+use std::collections::BTreeMap;
+
+use deeptree_infer::{Table, Weights};
 
 use crate::tasks::Network;
-use crate::{Kind, Report, TrainError, TrainOptions, TrainingSet};
+use crate::{Kind, NetworkReport, Report, TrainError, TrainOptions, TrainingSet};
 
-/// A model of the same trees and options, whose other networks are kept.
+/// How far the tables of turns may be from those of the model, in deviations.
+const NEAR: f32 = 0.02;
+
+/// A model of such trees and the same options, whose other networks are kept.
 pub(crate) struct Kept<'a> {
     /// The networks to train.
     pub(crate) only: Vec<Network>,
@@ -25,9 +30,7 @@ impl<'a> Kept<'a> {
         let told = TrainOptions { workers: options.workers, ..report.options.clone() };
         for (what, is_same) in [
             ("the report beside it is of another model", sha256 == report.sha256),
-            ("it was trained on other trees", set.data_hash == report.data_hash),
-            ("it was trained on other trees", set.train.len() == report.training_trees),
-            ("it was trained for other species", set.species == report.species),
+            ("it is for other species", set.species == report.species),
             ("it was trained with other options", *options == told),
         ] {
             if !is_same {
@@ -44,6 +47,37 @@ impl<'a> Kept<'a> {
             })
         };
         Ok(Self { only: only.iter().map(number).collect::<Result<_, _>>()?, model, report })
+    }
+
+    /// Checks that the kept networks can be used with the tables of these trees: that turns are told
+    /// them in the same deviations, and tips in the same radii.
+    pub(crate) fn check_tables(&self, tables: &Weights) -> Result<(), TrainError> {
+        let both =
+            |name| Some((tables.any_table(name)?.values(), self.model.any_table(name)?.values()));
+        let scales = self.model.any_table("rotation_scale").map_or(&[][..], Table::values);
+        let is_near = |name| {
+            let Some((ours, theirs)) = both(name) else { return false };
+            let all = ours.iter().zip(theirs).zip(scales);
+            ours.len() == theirs.len()
+                && all.into_iter().all(|((a, b), scale)| (a - b).abs() <= NEAR * scale.max(0.01))
+        };
+        let has_turns = tables.contains("rotation_scale");
+        let turns = !has_turns || (is_near("rotation_mean") && is_near("rotation_scale"));
+        if turns && both("tip_radius").is_some_and(|(ours, theirs)| ours == theirs) {
+            return Ok(());
+        }
+        Err(TrainError::OtherModel { what: "rotations or tips lie otherwise in these trees" })
+    }
+
+    /// What is known of the model's networks, and of which trees they are where not of these.
+    pub(crate) fn reports(&self, set: &TrainingSet) -> BTreeMap<String, NetworkReport> {
+        let mut reports = self.report.networks.clone();
+        if set.data_hash != self.report.data_hash {
+            for network in reports.values_mut() {
+                network.data_hash.get_or_insert_with(|| self.report.data_hash.clone());
+            }
+        }
+        reports
     }
 
     /// The names of the networks that are kept.

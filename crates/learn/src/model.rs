@@ -52,13 +52,14 @@ pub fn train(
     train_those(set, options, None, checkpoints, progress)
 }
 
-/// Trains some networks of a model anew, and keeps its others with their figures: what [`train`]
-/// gives, where nothing that the others learn has changed.
+/// Trains some networks of a model anew, and keeps its others with their figures; tables are those of
+/// the set. With the set that the model was made of this is what [`train`] gives, where nothing
+/// that the others learn has changed.
 ///
 /// # Errors
 ///
-/// As [`train`]; and when the model was made of other trees or with other options (but for
-/// `workers`), or a network is none of its kind's.
+/// As [`train`]; and when the model was made with other options (but for `workers`) or of trees whose
+/// rotations lie otherwise, or a network is none of its kind's.
 pub fn retrain(
     set: &TrainingSet,
     options: &TrainOptions,
@@ -102,6 +103,10 @@ fn train_those(
 
     let lesson = |corpus| Lesson::new(corpus, set.species.len(), rotations.as_ref(), options);
     let run = Run { set, options, train: lesson(&train), validation: lesson(&validation), kept };
+    if let Some(kept) = kept {
+        let tables = Weights::from_bytes(&run.tables(&tip_radius)?.to_bytes()?)?;
+        kept.check_tables(&tables)?;
+    }
     let networks = run.networks(checkpoints, progress)?;
     let weights = run.weights(&networks, &tip_radius)?;
     // What is written must be what inference reads.
@@ -183,6 +188,7 @@ impl Run<'_> {
         let trained = trainer.run()?;
         let named = self.set.species.iter().cloned().zip(&trained.tallies);
         let report = NetworkReport {
+            data_hash: None,
             sizes: course.sizes(),
             weight_count: course.parameters(),
             samples: course.samples(),
@@ -211,17 +217,23 @@ impl Run<'_> {
         Box::new(Dense { network, mlp, train, validation, batch, unread, seed, species, device })
     }
 
-    fn weights(
-        &self,
-        networks: &[Finished],
-        tip_radius: &[f32],
-    ) -> Result<Vec<u8>, ReadWeightsError> {
+    /// The model without its networks.
+    fn tables(&self, tip_radius: &[f32]) -> Result<WeightsBuilder, ReadWeightsError> {
         let species = &self.set.species;
         let mut model = WeightsBuilder::new(self.options.kind.into(), species);
         tables::write_common(&mut model, self.train.corpus, species, tip_radius)?;
         if let Some(rotations) = self.train.rotations {
             tables::write_situated(&mut model, self.train.corpus, rotations)?;
         }
+        Ok(model)
+    }
+
+    fn weights(
+        &self,
+        networks: &[Finished],
+        tip_radius: &[f32],
+    ) -> Result<Vec<u8>, ReadWeightsError> {
+        let mut model = self.tables(tip_radius)?;
         if let Some(kept) = self.kept {
             kept.networks(self.options.kind).for_each(|name| {
                 model.network_of(name, kept.model);
@@ -235,7 +247,7 @@ impl Run<'_> {
 
     fn report(&self, networks: &[Finished], weights: &[u8]) -> Result<Report, ReadWeightsError> {
         let hash = Weights::from_bytes(weights)?.sha256();
-        let mut reports = self.kept.map_or_else(BTreeMap::new, |kept| kept.report.networks.clone());
+        let mut reports = self.kept.map_or_else(BTreeMap::new, |kept| kept.reports(self.set));
         reports.extend(networks.iter().map(|one| (one.name.into(), one.report.clone())));
         Ok(Report {
             data_hash: self.set.data_hash.clone(),

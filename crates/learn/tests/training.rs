@@ -431,7 +431,14 @@ fn a_network_trained_anew_is_the_one_that_training_all_gives() {
     let other = TrainOptions { seed: 3, ..options.clone() };
     assert!(message(again(&set, "rotation1", &other)).contains("other options"));
     set.data_hash = "other".into();
-    assert!(message(again(&set, "rotation1", &options)).contains("other trees"));
+    let other = again(&set, "rotation1", &options).unwrap().report;
+    let hash = |network: &str| other.networks[network].data_hash.clone();
+    assert_eq!([hash("existence"), hash("rotation1")], [Some(full.report.data_hash.clone()), None]);
+    // Of half as many trees the laws are others.
+    set.train.truncate(set.train.len() / 2);
+    set.train_surroundings.truncate(set.train.len());
+    let message = message(again(&set, "rotation1", &options));
+    assert!(message.contains("lie otherwise") || message.contains("species"), "{message}");
 }
 
 #[test]
