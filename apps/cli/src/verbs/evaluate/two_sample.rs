@@ -125,7 +125,8 @@ fn test_all(study: &Study<'_>, species: &Species) -> Result<Tested> {
     }
     let mut tests = Vec::new();
     for (against, of, set) in list {
-        let name = format!("two-sample-{}-{}-{}", species.name, against.symbol(), study.verb.refits);
+        let name =
+            format!("two-sample-{}-{}-{}", species.name, against.symbol(), study.verb.refits);
         let test = || test(study, against, species, of, set);
         if let Some(test) = study.part(&name, test)? {
             tests.push((against, test));
