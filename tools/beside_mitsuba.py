@@ -3,8 +3,11 @@
 
     python3 -m venv venv && venv/bin/pip install mitsuba numpy
     cargo run --release -p deeptree-render --example beside_mitsuba -- scene 0.7
-    venv/bin/python tools/beside_mitsuba.py scene            # the same scattering, needs LLVM
+    venv/bin/python tools/beside_mitsuba.py scene            # the same scattering
     venv/bin/python tools/beside_mitsuba.py scene plastic    # Mitsuba's own rough plastic
+
+It needs LLVM, which DRJIT_LIBLLVM_PATH names where there are several: 22 works, 14 and 15 do not
+know `fmaximum`.
 
 Both renderers must scatter light at the wood alike, or the pictures tell nothing. By default the
 scattering is written out here once more, from its formula, on Mitsuba's microfacets and Fresnel
