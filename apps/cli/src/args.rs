@@ -168,9 +168,14 @@ pub(crate) struct Which {
 
 #[derive(clap::Args)]
 pub(crate) struct Generate {
-    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow.
-    #[arg(required_unless_present = "blend", conflicts_with = "blend")]
+    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow. With a
+    /// stand, that of the trees whose rows name none.
+    #[arg(required_unless_present_any = ["blend", "stand"], conflicts_with = "blend")]
     pub(crate) species: Option<String>,
+    /// Trees that grow together and crowd each other: a table (.csv) with x, z, species, seed and,
+    /// where it is not that of the others, age of each in a row. They are written at their places.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["seed", "count", "form", "blend"])]
+    pub(crate) stand: Option<PathBuf>,
     /// A species between species, with the weight of each, such as oak:0.7,willow:0.3. It is an
     /// interpolation of what the networks learned of them: nothing of the kind was ever grown, and
     /// nothing says how such a tree should look.
@@ -232,11 +237,12 @@ pub(crate) struct Place {
 
 #[derive(clap::Args)]
 pub(crate) struct Grow {
-    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow.
-    #[arg(required_unless_present = "stand", conflicts_with = "stand")]
+    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow. With a
+    /// stand, that of the trees whose rows name none.
+    #[arg(required_unless_present = "stand")]
     pub(crate) species: Option<String>,
-    /// Trees that grow together and crowd each other: a table (.csv) with x, z, species and seed of
-    /// each in a row. They are written at their places.
+    /// Trees that grow together and crowd each other: a table (.csv) with x, z, species, seed and,
+    /// where it is not that of the others, age of each in a row. They are written at their places.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["seed", "count", "form"])]
     pub(crate) stand: Option<PathBuf>,
     #[command(flatten)]
