@@ -336,6 +336,10 @@ pub(crate) struct Dataset {
     /// near it.
     #[arg(long, value_name = "N", conflicts_with = "trees", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) scenes: Option<u32>,
+    /// Grow this many stands instead, of trees of all these species that crowd each other, and each
+    /// of their trees by itself, too: for `train --only competition`.
+    #[arg(long, value_name = "N", conflicts_with_all = ["trees", "scenes", "form", "ages", "gravitropisms", "scans"], value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) stands: Option<u32>,
     /// Keep the trees within these forms, separated by commas: cone, cube, ring. There are --trees
     /// of each species in each form; their numbers take turns.
     #[arg(long, value_name = "LIST")]
@@ -394,6 +398,14 @@ pub(crate) struct Train {
     /// Use only the first N training trees of each species of a corpus.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) trees: Option<u32>,
+    /// Train these networks only, separated by commas, and keep the others of --model: for a change
+    /// that no other network learns anything of.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', requires = "model")]
+    pub(crate) only: Vec<String>,
+    /// The model that --only keeps networks of, with its .toml beside it; made of the same corpora
+    /// with the same options.
+    #[arg(long, value_name = "FILE", requires = "only")]
+    pub(crate) model: Option<PathBuf>,
     /// Networks that train side by side, one thread each [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) workers: Option<u16>,
