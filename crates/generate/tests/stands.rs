@@ -65,6 +65,19 @@ fn neither_the_order_nor_the_place_nor_batches_change_a_tree() {
     assert_ne!(found[0], alone(&model, "maple", 1));
 }
 
+#[test]
+fn the_closer_trees_stand_the_fewer_nodes_they_have() {
+    let model = shipped();
+    // In the growth model, too: 25 maples 12, 8, 5 and 3 m apart.
+    let nodes = |spacing: f32| {
+        let place = |i: u64| [spacing * (i % 3) as f32, spacing * (i / 3) as f32];
+        let trees: Vec<Tree> = (0..9).map(|i| ("maple", i, place(i))).collect();
+        grown(&model, &trees).iter().map(|tree| tree.tree.len()).sum::<usize>()
+    };
+    let found = [100.0, 12.0, 8.0, 5.0, 3.0].map(nodes);
+    assert!(found.is_sorted_by(|a, b| 10 * a > 11 * b), "{found:?}");
+}
+
 #[cfg(feature = "parallel")]
 #[test]
 fn any_number_of_threads_gives_the_same_stand() {
