@@ -157,6 +157,7 @@ impl Run<'_> {
             steps: trained.steps,
             seconds: trained.seconds,
             samples_per_second: trained.steps as f64 * batch / trained.seconds.max(1e-9),
+            data_hash: None,
             total: course.figures(&total(&trained.tallies)),
             species: named.map(|(name, tally)| (name, course.figures(tally))).collect(),
         };

@@ -1,5 +1,8 @@
 //! `train`: networks from a corpus.
 
+#[cfg(feature = "train")]
+mod stands;
+
 use anyhow::Result;
 
 use crate::args::{self, Args};
@@ -21,6 +24,7 @@ pub(crate) fn run(args: &Args, verb: &args::Train) -> Result<()> {
 pub(super) mod training {
     use std::collections::BTreeMap;
     use std::fmt::Write as _;
+    use std::fs;
     use std::io::Write;
     use std::path::{Path, PathBuf};
     use std::sync::Mutex;
@@ -30,11 +34,14 @@ pub(super) mod training {
     use deeptree_export::write_atomically;
     use deeptree_graph::BranchGraph;
     use deeptree_graph::signature::paper::ATTRIBUTES;
+    use deeptree_infer::Weights;
     use deeptree_learn::{
-        Kind, NetworkOptions, Processor, Surroundings, TrainEvent, TrainOptions, TrainingSet, train,
+        Kind, NetworkOptions, Processor, Report, Surroundings, TrainEvent, TrainOptions,
+        TrainingSet, train,
     };
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+    use super::stands;
     use crate::args::{self, Args, UsageError};
     use crate::report;
     use crate::verbs::unknown_species;
@@ -43,23 +50,51 @@ pub(super) mod training {
         if verb.output.extension().is_none_or(|extension| extension != "safetensors") {
             bail!(UsageError(format!("{}: a model is a .safetensors file", verb.output.display())));
         }
+        if let [network] = &verb.only[..]
+            && network == "competition"
+        {
+            return stands::run(args, verb);
+        }
         let options = options(verb)?;
         let set = only_species(read(args, verb)?, &verb.species)?;
         let bars = Bars::new(args);
         let checkpoints = beside(&verb.output, "checkpoint");
         let trained = train(&set, &options, &checkpoints, &|event| bars.show(event))?;
 
-        let report = toml_of(&trained.report)?;
-        write_atomically(&verb.output, |out| out.write_all(&trained.weights))?;
+        write(args, verb, &trained.weights, &trained.report)
+    }
+
+    /// Writes the model and what is told of it, and says so.
+    pub(super) fn write(
+        args: &Args,
+        verb: &args::Train,
+        weights: &[u8],
+        report: &Report,
+    ) -> Result<()> {
+        let text = toml_of(report)?;
+        write_atomically(&verb.output, |out| out.write_all(weights))?;
         let toml = verb.output.with_extension("toml");
-        write_atomically(&toml, |out| out.write_all(report.as_bytes()))?;
-        let text = summary(&trained.report, &verb.output, &toml);
-        report::say(args, &serde_json::to_value(&trained.report)?, &text, false);
+        write_atomically(&toml, |out| out.write_all(text.as_bytes()))?;
+        let text = summary(report, &verb.output, &toml);
+        report::say(args, &serde_json::to_value(report)?, &text, false);
         Ok(())
     }
 
+    /// A model, and what the file beside it says.
+    pub(super) fn read_model(path: &Path) -> Result<(Weights, Report)> {
+        let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let model = Weights::from_bytes(&bytes)
+            .with_context(|| format!("{} is no model", path.display()))?;
+        let toml = path.with_extension("toml");
+        let text =
+            fs::read_to_string(&toml).with_context(|| format!("cannot read {}", toml.display()))?;
+        let report =
+            Report::from_toml(&text).with_context(|| format!("cannot read {}", toml.display()))?;
+        Ok((model, report))
+    }
+
     /// The figures over all species; those of each are in the file.
-    fn summary(report: &deeptree_learn::Report, model: &Path, toml: &Path) -> String {
+    fn summary(report: &Report, model: &Path, toml: &Path) -> String {
         let mut text = String::new();
         for (name, network) in &report.networks {
             let _ = writeln!(text, "{name:>10}: {}", values(&network.total));
@@ -79,7 +114,7 @@ pub(super) mod training {
         values.collect::<Vec<_>>().join(", ")
     }
 
-    fn toml_of(report: &deeptree_learn::Report) -> Result<String> {
+    fn toml_of(report: &Report) -> Result<String> {
         let toml = report.to_toml().context("the report cannot be written as TOML")?;
         Ok(match commit() {
             Some(commit) => format!("commit = \"{commit}\"\n{toml}"),
