@@ -188,7 +188,6 @@ impl Run<'_> {
         let trained = trainer.run()?;
         let named = self.set.species.iter().cloned().zip(&trained.tallies);
         let report = NetworkReport {
-            data_hash: None,
             sizes: course.sizes(),
             weight_count: course.parameters(),
             samples: course.samples(),
