@@ -108,6 +108,10 @@ pub(crate) struct MeshArgs {
     /// formats, in files of their own, tree_lod0.obj and so on.
     #[arg(long, value_name = "one|files", num_args = 0..=1, require_equals = true, default_missing_value = "one", conflicts_with_all = ["lod", "max_triangles", "animate_growth"], value_enum)]
     pub(crate) lods: Option<Lods>,
+    /// After the levels of detail, so many crossed cards with pictures of the tree, path-traced in
+    /// even light; in files of their own, tree_impostor.obj [without a number: 2].
+    #[arg(long, value_name = "CARDS", num_args = 0..=1, require_equals = true, default_missing_value = "2", requires = "lods", value_parser = clap::value_parser!(u32).range(1..=16))]
+    pub(crate) impostor: Option<u32>,
     /// An animation in .glb and .gltf in which the tree unfolds from a seedling to its full shape, in
     /// so many seconds [without a number: 10].
     #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true, default_missing_value = "10", conflicts_with = "instancing", value_parser = seconds)]
@@ -168,9 +172,14 @@ pub(crate) struct Which {
 
 #[derive(clap::Args)]
 pub(crate) struct Generate {
-    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow.
-    #[arg(required_unless_present = "blend", conflicts_with = "blend")]
+    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow. With a
+    /// stand, that of the trees whose rows name none.
+    #[arg(required_unless_present_any = ["blend", "stand"], conflicts_with = "blend")]
     pub(crate) species: Option<String>,
+    /// Trees that grow together and crowd each other: a table (.csv) with x, z, species, seed and,
+    /// where it is not that of the others, age of each in a row. They are written at their places.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["seed", "count", "form", "blend"])]
+    pub(crate) stand: Option<PathBuf>,
     /// A species between species, with the weight of each, such as oak:0.7,willow:0.3. It is an
     /// interpolation of what the networks learned of them: nothing of the kind was ever grown, and
     /// nothing says how such a tree should look.
@@ -232,11 +241,12 @@ pub(crate) struct Place {
 
 #[derive(clap::Args)]
 pub(crate) struct Grow {
-    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow.
-    #[arg(required_unless_present = "stand", conflicts_with = "stand")]
+    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow. With a
+    /// stand, that of the trees whose rows name none.
+    #[arg(required_unless_present = "stand")]
     pub(crate) species: Option<String>,
-    /// Trees that grow together and crowd each other: a table (.csv) with x, z, species and seed of
-    /// each in a row. They are written at their places.
+    /// Trees that grow together and crowd each other: a table (.csv) with x, z, species, seed and,
+    /// where it is not that of the others, age of each in a row. They are written at their places.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["seed", "count", "form"])]
     pub(crate) stand: Option<PathBuf>,
     #[command(flatten)]
@@ -330,6 +340,10 @@ pub(crate) struct Dataset {
     /// near it.
     #[arg(long, value_name = "N", conflicts_with = "trees", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) scenes: Option<u32>,
+    /// Grow this many stands instead, of trees of all these species that crowd each other, and each
+    /// of their trees by itself, too: for `train --only competition`.
+    #[arg(long, value_name = "N", conflicts_with_all = ["trees", "scenes", "form", "ages", "gravitropisms", "scans"], value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) stands: Option<u32>,
     /// Keep the trees within these forms, separated by commas: cone, cube, ring. There are --trees
     /// of each species in each form; their numbers take turns.
     #[arg(long, value_name = "LIST")]

@@ -12,12 +12,14 @@
 
 #![forbid(unsafe_code)]
 
+mod competition;
 mod kernels;
 mod mlp;
 mod outlook;
 mod predictor;
 mod weights;
 
+pub use competition::Competition;
 pub use kernels::{SimdPath, UnknownPath};
 pub use mlp::{Dense, Mlp, MlpError, Scratch};
 pub use outlook::{Code, Expectation, Outlook};

@@ -188,13 +188,13 @@ impl Run<'_> {
         let trained = trainer.run()?;
         let named = self.set.species.iter().cloned().zip(&trained.tallies);
         let report = NetworkReport {
-            data_hash: None,
             sizes: course.sizes(),
             weight_count: course.parameters(),
             samples: course.samples(),
             steps: trained.steps,
             seconds: trained.seconds,
             samples_per_second: trained.steps as f64 * batch / trained.seconds.max(1e-9),
+            data_hash: None,
             total: course.figures(&total(&trained.tallies)),
             species: named.map(|(name, tally)| (name, course.figures(tally))).collect(),
         };

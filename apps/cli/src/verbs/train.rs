@@ -1,5 +1,8 @@
 //! `train`: networks from a corpus.
 
+#[cfg(feature = "train")]
+mod stands;
+
 use anyhow::Result;
 
 use crate::args::{self, Args};
@@ -38,6 +41,7 @@ pub(super) mod training {
     };
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+    use super::stands;
     use crate::args::{self, Args, UsageError};
     use crate::report;
     use crate::verbs::unknown_species;
@@ -45,6 +49,14 @@ pub(super) mod training {
     pub(super) fn run(args: &Args, verb: &args::Train) -> Result<()> {
         if verb.output.extension().is_none_or(|extension| extension != "safetensors") {
             bail!(UsageError(format!("{}: a model is a .safetensors file", verb.output.display())));
+        }
+        if let [network] = &verb.only[..]
+            && network == "competition"
+        {
+            return stands::run(args, verb);
+        }
+        if !verb.only.is_empty() {
+            bail!(UsageError("--only competition is what can be trained by itself".to_owned()));
         }
         let options = options(verb)?;
         let set = only_species(read(args, verb)?, &verb.species)?;
@@ -60,17 +72,27 @@ pub(super) mod training {
             }
         };
 
-        let report = toml_of(&trained.report)?;
-        write_atomically(&verb.output, |out| out.write_all(&trained.weights))?;
+        write(args, verb, &trained.weights, &trained.report)
+    }
+
+    /// Writes the model and what is told of it, and says so.
+    pub(super) fn write(
+        args: &Args,
+        verb: &args::Train,
+        weights: &[u8],
+        report: &Report,
+    ) -> Result<()> {
+        let text = toml_of(report)?;
+        write_atomically(&verb.output, |out| out.write_all(weights))?;
         let toml = verb.output.with_extension("toml");
-        write_atomically(&toml, |out| out.write_all(report.as_bytes()))?;
-        let text = summary(&trained.report, &verb.output, &toml);
-        report::say(args, &serde_json::to_value(&trained.report)?, &text, false);
+        write_atomically(&toml, |out| out.write_all(text.as_bytes()))?;
+        let text = summary(report, &verb.output, &toml);
+        report::say(args, &serde_json::to_value(report)?, &text, false);
         Ok(())
     }
 
     /// A model, and what the file beside it says.
-    fn read_model(path: &Path) -> Result<(Weights, Report)> {
+    pub(super) fn read_model(path: &Path) -> Result<(Weights, Report)> {
         let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
         let model = Weights::from_bytes(&bytes)
             .with_context(|| format!("{} is no model", path.display()))?;
