@@ -37,7 +37,7 @@ pub(super) mod training {
     use deeptree_infer::Weights;
     use deeptree_learn::{
         Kind, NetworkOptions, Processor, Report, Surroundings, TrainEvent, TrainOptions,
-        TrainingSet, train,
+        TrainingSet, retrain, train,
     };
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -55,11 +55,22 @@ pub(super) mod training {
         {
             return stands::run(args, verb);
         }
+        if !verb.only.is_empty() {
+            bail!(UsageError("--only competition is what can be trained by itself".to_owned()));
+        }
         let options = options(verb)?;
         let set = only_species(read(args, verb)?, &verb.species)?;
         let bars = Bars::new(args);
         let checkpoints = beside(&verb.output, "checkpoint");
-        let trained = train(&set, &options, &checkpoints, &|event| bars.show(event))?;
+        let progress = |event| bars.show(event);
+        let trained = match &verb.model {
+            None => train(&set, &options, &checkpoints, &progress)?,
+            Some(path) => {
+                let (model, report) = read_model(path)?;
+                let kept = (&model, &report);
+                retrain(&set, &options, &verb.only, kept, &checkpoints, &progress)?
+            }
+        };
 
         write(args, verb, &trained.weights, &trained.report)
     }
