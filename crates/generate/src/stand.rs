@@ -59,7 +59,7 @@ pub enum StandError {
 ///
 /// As [`crate::generate`], for the first tree of the plan that fails.
 pub fn generate_stand(
-    model: &(impl Predictor + Sync),
+    model: &impl Predictor,
     plan: &[Planted<'_>],
     limits: Limits,
     work: &Workspace,
