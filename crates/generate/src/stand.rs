@@ -20,8 +20,9 @@ use crate::{
 
 /// Standard deviation of what a tree truly loses over what it is expected to: in the growth model's
 /// stands what is left unexplained grows with the shift, and is nearly the same for tips, nodes and
-/// branches (`scatter_nodes` of the network in the file beside the model). Without it stands would be
-/// too even, and would have too few nodes: the mean of a law of logarithms is not that of the nodes.
+/// branches. `scatter_nodes` of the network, in the file beside the model, is as root mean square a
+/// little more, as some are far off. Without it stands would be too even, and would have too few
+/// nodes: the mean of logarithms is not the logarithm of the mean.
 const SCATTER: f64 = 0.3;
 
 /// How many of these a tree may be off.
@@ -58,7 +59,7 @@ pub enum StandError {
 ///
 /// As [`crate::generate`], for the first tree of the plan that fails.
 pub fn generate_stand(
-    model: &(impl Predictor + Sync),
+    model: &impl Predictor,
     plan: &[Planted<'_>],
     limits: Limits,
     work: &Workspace,

@@ -19,7 +19,7 @@ use crate::report::{Figures, Tally};
 use crate::{NetworkReport, Report, TrainError};
 
 /// Name of the network.
-const NAME: &str = "competition";
+pub(crate) const NAME: &str = "competition";
 /// Keys the network's draws; those below are of the networks of nodes.
 const KEY: u64 = 31;
 /// Widths of the hidden layers: 1 660 weights with eight species.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use deeptree_infer::{Table, Weights};
 
+use crate::competition;
 use crate::tasks::Network;
 use crate::{Kind, NetworkReport, Report, TrainError, TrainOptions, TrainingSet};
 
@@ -83,6 +84,8 @@ impl<'a> Kept<'a> {
     /// The names of the networks that are kept.
     pub(crate) fn networks(&self, kind: Kind) -> impl Iterator<Item = &'static str> {
         let all = Network::all(kind).into_iter();
-        all.filter(|network| !self.only.contains(network)).map(Network::name)
+        let nodes = all.filter(|network| !self.only.contains(network)).map(Network::name);
+        // It learns from other trees, so it is never among those that are trained here.
+        nodes.chain([competition::NAME])
     }
 }

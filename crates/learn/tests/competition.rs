@@ -7,20 +7,24 @@ use deeptree_graph::signature::competition::{Contender, OUTPUTS};
 use deeptree_graph::{Draws, Lineage, Purpose, Seed, Vec2};
 use deeptree_infer::{Competition, Weights, WeightsBuilder};
 use deeptree_learn::{
-    Kind, Rivalries, Rivalry, Silent, TrainError, TrainOptions, TrainedModel, train,
+    Kind, Rivalries, Rivalry, Silent, TrainError, TrainOptions, TrainedModel, retrain, train,
     train_competition,
 };
 
-fn model() -> TrainedModel {
-    let options = TrainOptions {
+fn options() -> TrainOptions {
+    TrainOptions {
         epochs: 1,
         steps_per_epoch: Some(2),
         batch: 32,
         networks: Default::default(),
         workers: 2,
         ..TrainOptions::new(Kind::Situated)
-    };
-    train(&synthetic::set(4), &options, tempfile::tempdir().unwrap().path(), &Silent).unwrap()
+    }
+}
+
+fn model() -> TrainedModel {
+    let folder = tempfile::tempdir().unwrap();
+    train(&synthetic::set(4), &options(), folder.path(), &Silent).unwrap()
 }
 
 /// A law that can be worked out: each other within 20 m takes a part of the tips and nodes that
@@ -68,6 +72,12 @@ fn a_law_of_competition_is_learned_and_every_other_network_is_kept() {
     // ln(1 + 20 · 0.9) / 2
     assert!((near[1] + 1.472).abs() < 0.2, "{near:?}");
     assert_eq!(learn().0, bytes, "the same bits again");
+
+    // Training a network of nodes anew keeps it.
+    let (only, folder) = (["size".to_owned()], tempfile::tempdir().unwrap());
+    let kept = (&after, &report);
+    let again = retrain(&synthetic::set(4), &options(), &only, kept, folder.path(), &Silent);
+    assert_eq!(again.unwrap().weights, bytes);
 }
 
 #[test]

@@ -55,9 +55,6 @@ pub(super) mod training {
         {
             return stands::run(args, verb);
         }
-        if !verb.only.is_empty() {
-            bail!(UsageError("--only competition is what can be trained by itself".to_owned()));
-        }
         let options = options(verb)?;
         let set = only_species(read(args, verb)?, &verb.species)?;
         let bars = Bars::new(args);
