@@ -15,6 +15,7 @@
 mod kernels;
 mod mlp;
 mod outlook;
+mod points;
 mod predictor;
 mod weights;
 

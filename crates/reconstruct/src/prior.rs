@@ -177,6 +177,7 @@ impl<'a> Prior<'a> {
             sense: self.sense(node.position),
             settled: None,
             room: None,
+            points: None,
         }
     }
 
