@@ -366,6 +366,13 @@ pub(crate) struct Train {
     /// compares its recipe with.
     #[arg(long, default_value = "situated", value_parser = ["situated", "paper", "joint"])]
     pub(crate) kind: String,
+    /// points: keep the networks of --model and train those that hear of the points around a node,
+    /// on the scans of the corpora.
+    #[arg(long, value_parser = ["points"])]
+    pub(crate) with: Option<String>,
+    /// The model that is to hear of points: situated, or a .safetensors file.
+    #[arg(long, default_value = "situated", value_name = "NAME|FILE", requires = "with")]
+    pub(crate) model: PathBuf,
     /// Train on these species of the corpus only, separated by commas, or all.
     #[arg(long, default_value = "all")]
     pub(crate) species: String,

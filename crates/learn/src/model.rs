@@ -6,11 +6,11 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use burn::tensor::Device;
-use deeptree_graph::Seed;
+use deeptree_graph::{BranchGraph, Seed};
 use deeptree_infer::{Model, ReadWeightsError, Table, Weights, WeightsBuilder};
 
 use crate::checkpoint;
-use crate::course::{Course, Dense, Outlook};
+use crate::course::{Course, Dense, Outlook, Points};
 use crate::mlp::Mlp;
 use crate::options::Schedule;
 use crate::report::Report;
@@ -20,7 +20,7 @@ use crate::tables;
 use crate::tasks::{Lesson, Network};
 use crate::training::{Trainer, total};
 use crate::{
-    Kind, NetworkReport, TrainError, TrainEvent, TrainOptions, TrainProgress, TrainingSet,
+    Kind, NetworkReport, Scans, TrainError, TrainEvent, TrainOptions, TrainProgress, TrainingSet,
 };
 
 /// A model, and how it was made.
@@ -68,7 +68,7 @@ pub fn train(
             Some(Rotations::new(&train, set.species.len()))
         }
     };
-    checkpoint::open(checkpoints, set, options)?;
+    checkpoint::open(checkpoints, set, &set.data_hash, options)?;
 
     let lesson = |corpus| Lesson::new(corpus, set.species.len(), rotations.as_ref(), options);
     let run = Run { set, options, train: lesson(&train), validation: lesson(&validation) };
@@ -77,6 +77,57 @@ pub fn train(
     // What is written must be what inference reads.
     Model::from_bytes(&weights)?;
     let report = run.report(&networks, &weights)?;
+    Ok(TrainedModel { weights, report })
+}
+
+/// Trains networks that hear of points, for a model of kind `situated`, which stays as it is; the
+/// result is that model with them.
+///
+/// The trees are best other ones than those that the model was trained on: the networks are told of
+/// trees that the model knows. See [`train`] on checkpoints.
+///
+/// # Errors
+///
+/// As [`train`]; and when the scans are not those of the trees, or the model does not know the set's
+/// species in their order.
+pub fn train_points(
+    set: &TrainingSet,
+    scans: &Scans,
+    base: &Weights,
+    options: &TrainOptions,
+    checkpoints: &Path,
+    progress: &dyn TrainProgress,
+) -> Result<TrainedModel, TrainError> {
+    options.validate()?;
+    set.check()?;
+    scans.check(set)?;
+    if set.species != base.species() {
+        let [found, known] = [&set.species, base.species()].map(|names| names.join(", "));
+        return Err(TrainError::OtherSpecies { found, known });
+    }
+    let species = species_numbers("training", &set.train, &set.species)?;
+    let judged = species_numbers("validation", &set.validation, &set.species)?;
+    let data_hash = format!("{} for {}", set.data_hash, hexadecimal(base.sha256()));
+    checkpoint::open(checkpoints, set, &data_hash, options)?;
+    let device = options.device.device()?;
+    let course = Points::new(
+        base,
+        (&set.train, &scans.train, &species),
+        (&set.validation, &scans.validation, &judged),
+        options.batch,
+        Seed(options.seed),
+        device.clone(),
+    )?;
+    let own = Finished::train(Network::Points, &course, set, options, &device, checkpoints, progress)?;
+    let mut model = WeightsBuilder::from_weights(base);
+    for (name, table) in &own.tensors {
+        model.table(name, table.clone());
+    }
+    let weights = model.to_bytes()?;
+    Model::from_bytes(&weights)?;
+    let networks = [(own.name.to_owned(), own.report)].into();
+    let nodes = set.train.iter().map(BranchGraph::len).sum();
+    let report = report(set, data_hash, nodes, options, networks, &weights)?;
     Ok(TrainedModel { weights, report })
 }
 
@@ -92,6 +143,45 @@ struct Finished {
     name: &'static str,
     tensors: Vec<(String, Table)>,
     report: NetworkReport,
+}
+
+impl Finished {
+    fn train(
+        network: Network,
+        course: &dyn Course,
+        set: &TrainingSet,
+        options: &TrainOptions,
+        device: &Device,
+        checkpoints: &Path,
+        progress: &dyn TrainProgress,
+    ) -> Result<Self, TrainError> {
+        let schedule = options.schedule(network, course.samples());
+        let batch = schedule.batch as f64;
+        let trainer = Trainer {
+            network,
+            course,
+            schedule,
+            seed: Seed(options.seed),
+            validation_samples: options.validation_samples,
+            device,
+            checkpoints,
+            progress,
+        };
+        let trained = trainer.run()?;
+        let named = set.species.iter().cloned().zip(&trained.tallies);
+        let report = NetworkReport {
+            sizes: course.sizes(),
+            weight_count: course.parameters(),
+            samples: course.samples(),
+            steps: trained.steps,
+            seconds: trained.seconds,
+            samples_per_second: trained.steps as f64 * batch / trained.seconds.max(1e-9),
+            total: course.figures(&total(&trained.tallies)),
+            species: named.map(|(name, tally)| (name, course.figures(tally))).collect(),
+        };
+        let tensors = course.tensors(&trained.parameters)?;
+        Ok(Self { name: network.name(), tensors, report })
+    }
 }
 
 impl Run<'_> {
@@ -136,32 +226,7 @@ impl Run<'_> {
     ) -> Result<Finished, TrainError> {
         let device = self.options.device.device()?;
         let course = self.course(network, device.clone());
-        let schedule = self.options.schedule(network, course.samples());
-        let batch = schedule.batch as f64;
-        let trainer = Trainer {
-            network,
-            course: &*course,
-            schedule,
-            seed: Seed(self.options.seed),
-            validation_samples: self.options.validation_samples,
-            device: &device,
-            checkpoints,
-            progress,
-        };
-        let trained = trainer.run()?;
-        let named = self.set.species.iter().cloned().zip(&trained.tallies);
-        let report = NetworkReport {
-            sizes: course.sizes(),
-            weight_count: course.parameters(),
-            samples: course.samples(),
-            steps: trained.steps,
-            seconds: trained.seconds,
-            samples_per_second: trained.steps as f64 * batch / trained.seconds.max(1e-9),
-            total: course.figures(&total(&trained.tallies)),
-            species: named.map(|(name, tally)| (name, course.figures(tally))).collect(),
-        };
-        let tensors = course.tensors(&trained.parameters)?;
-        Ok(Finished { name: network.name(), tensors, report })
+        Finished::train(network, &*course, self.set, self.options, &device, checkpoints, progress)
     }
 
     fn course(&self, network: Network, device: Device) -> Box<dyn Course + '_> {
@@ -197,23 +262,37 @@ impl Run<'_> {
     }
 
     fn report(&self, networks: &[Finished], weights: &[u8]) -> Result<Report, ReadWeightsError> {
-        let hash = Weights::from_bytes(weights)?.sha256();
-        let reports: BTreeMap<_, _> =
-            networks.iter().map(|one| (one.name.into(), one.report.clone())).collect();
-        Ok(Report {
-            data_hash: self.set.data_hash.clone(),
-            species: self.set.species.clone(),
-            training_trees: self.set.train.len(),
-            training_nodes: self.train.corpus.nodes(),
-            validation_trees: self.set.validation.len(),
-            seconds: reports.values().map(|one| one.seconds).sum(),
-            weight_count: reports.values().map(|one| one.weight_count).sum(),
-            bytes: weights.len(),
-            sha256: hash.iter().map(|byte| format!("{byte:02x}")).collect(),
-            options: self.options.clone(),
-            networks: reports,
-        })
+        let networks = networks.iter().map(|one| (one.name.into(), one.report.clone())).collect();
+        let (hash, nodes) = (self.set.data_hash.clone(), self.train.corpus.nodes());
+        report(self.set, hash, nodes, self.options, networks, weights)
     }
+}
+
+fn report(
+    set: &TrainingSet,
+    data_hash: String,
+    training_nodes: usize,
+    options: &TrainOptions,
+    networks: BTreeMap<String, NetworkReport>,
+    weights: &[u8],
+) -> Result<Report, ReadWeightsError> {
+    Ok(Report {
+        data_hash,
+        species: set.species.clone(),
+        training_trees: set.train.len(),
+        training_nodes,
+        validation_trees: set.validation.len(),
+        seconds: networks.values().map(|one| one.seconds).sum(),
+        weight_count: networks.values().map(|one| one.weight_count).sum(),
+        bytes: weights.len(),
+        sha256: hexadecimal(Weights::from_bytes(weights)?.sha256()),
+        options: options.clone(),
+        networks,
+    })
+}
+
+fn hexadecimal(bytes: [u8; 32]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The results in the order of the networks, or the first error of them.

@@ -80,7 +80,11 @@ pub fn reconstruct(
     };
     let mut skeleton = skeleton(&points, &index, &foot, size);
     let mut work = Workspace::default();
-    let prior = prior(&skeleton, &points, options, &mut work)?;
+    let mut prior = prior(&skeleton, &points, options, &mut work)?;
+    if let Some(prior) = &mut prior {
+        let root = skeleton.joints[0].position;
+        prior.hear(points.iter().map(|&point| point - root));
+    }
     let left_out = skeleton.owner.iter().filter(|&&owner| owner == NONE).count();
     let mut completed = 0;
     if let Some(prior) = prior.as_ref().filter(|_| options.complete) {

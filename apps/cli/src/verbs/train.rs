@@ -28,14 +28,15 @@ pub(super) mod training {
     use anyhow::{Context, Result, bail};
     use deeptree_dataset::{Corpus, CorpusPlan, Split};
     use deeptree_export::write_atomically;
-    use deeptree_graph::BranchGraph;
+    use deeptree_graph::{BranchGraph, Vec3};
     use deeptree_graph::signature::paper::ATTRIBUTES;
     use deeptree_learn::{
-        Kind, NetworkOptions, Processor, Surroundings, TrainEvent, TrainOptions, TrainingSet, train,
+        Kind, NetworkOptions, Processor, Scan, Scans, Surroundings, TrainEvent, TrainOptions,
+        TrainingSet, train, train_points,
     };
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-    use crate::args::{self, Args, UsageError};
+    use crate::args::{self, Args, ModelChoice, UsageError};
     use crate::report;
     use crate::verbs::unknown_species;
 
@@ -44,10 +45,20 @@ pub(super) mod training {
             bail!(UsageError(format!("{}: a model is a .safetensors file", verb.output.display())));
         }
         let options = options(verb)?;
-        let set = only_species(read(args, verb)?, &verb.species)?;
         let bars = Bars::new(args);
         let checkpoints = beside(&verb.output, "checkpoint");
-        let trained = train(&set, &options, &checkpoints, &|event| bars.show(event))?;
+        let trained = if verb.with.is_some() {
+            if verb.species != "all" {
+                let text = "--with points is of all species of the model; leave --species out";
+                bail!(UsageError(text.to_owned()));
+            }
+            let base = ModelChoice { model: verb.model.clone(), simd: None }.weights()?;
+            let (set, scans) = (read(args, verb)?, read_scans(args, verb)?);
+            train_points(&set, &scans, &base, &options, &checkpoints, &|event| bars.show(event))?
+        } else {
+            let set = only_species(read(args, verb)?, &verb.species)?;
+            train(&set, &options, &checkpoints, &|event| bars.show(event))?
+        };
 
         let report = toml_of(&trained.report)?;
         write_atomically(&verb.output, |out| out.write_all(&trained.weights))?;
@@ -101,7 +112,11 @@ pub(super) mod training {
             "joint" => Kind::Joint,
             _ => Kind::Situated,
         };
-        let mut options = TrainOptions::new(kind);
+        let hears = verb.with.is_some();
+        if hears && kind != Kind::Situated {
+            bail!(UsageError("--with points is for --kind situated only".to_owned()));
+        }
+        let mut options = if hears { TrainOptions::points() } else { TrainOptions::new(kind) };
         options.seed = verb.seed;
         if let Some(epochs) = verb.epochs {
             options.epochs = epochs;
@@ -249,6 +264,33 @@ pub(super) mod training {
         };
         bar.finish_and_clear();
         Ok(set)
+    }
+
+    /// The scans of the trees that [`read`] gives, in their order.
+    fn read_scans(args: &Args, verb: &args::Train) -> Result<Scans> {
+        let bar = report::bar(args, 0, "reading scans");
+        let mut scans = Scans::default();
+        for path in &verb.data {
+            let corpus = Corpus::open(path)?;
+            let most = verb.trees.unwrap_or(u32::MAX);
+            for (split, all) in [
+                (Split::Train, &mut scans.train),
+                (Split::Validation, &mut scans.validation),
+            ] {
+                for scan in corpus.scans(split) {
+                    let scan = scan?;
+                    if split == Split::Validation || scan.number < most {
+                        let origin = Vec3::from_array(scan.cloud.origin.map(|x| x as f32));
+                        let points = scan.cloud.points.iter().map(|&p| p + origin).collect();
+                        let nodes = scan.cloud.columns.node.unwrap_or_default();
+                        all.push(Scan { points, nodes });
+                        bar.inc(1);
+                    }
+                }
+            }
+        }
+        bar.finish_and_clear();
+        Ok(scans)
     }
 
     fn beside(path: &Path, suffix: &str) -> PathBuf {
