@@ -71,7 +71,8 @@ impl CloudIndex {
 
     /// The points of the cells from one to another, both included.
     fn span(&self, from: [i32; 3], to: [i32; 3]) -> core::ops::Range<usize> {
-        let start = |at: usize| self.cells.get(at).map_or(self.points.len(), |cell| cell.1 as usize);
+        let start =
+            |at: usize| self.cells.get(at).map_or(self.points.len(), |cell| cell.1 as usize);
         let first = self.cells.partition_point(|(cell, _)| *cell < from);
         let last = self.cells.partition_point(|(cell, _)| *cell <= to);
         start(first)..start(last)

@@ -2,7 +2,7 @@
 //!
 //! | tensor | shape | what |
 //! |---|---|---|
-//! | `points.point.<layer>.weight`, `.bias` | 4 → 16 → 32 | reads one point; the largest of all, and not below 0, goes on |
+//! | `points.point.<layer>.weight`, `.bias` | 7 → 16 → 32 | reads one point; the largest of all, and not below 0, goes on |
 //! | `points.code.0.weight`, `.bias` | 32 → 12 | from that to the code, with a rectifier after it |
 //! | `points.existence.<layer>.…` | 14 + 32 → 16 → 32 | reads code, summary and what `existence` said; is added to it |
 //! | `points.rotation1.…` to `3` | 14 + 27 → 16 → 27 | the same for the swings |
@@ -123,6 +123,11 @@ pub(crate) struct Heard {
 }
 
 impl Heard {
+    /// Does the node stand in a cloud? Then what is to grow below it is a guess.
+    pub(crate) fn is_told(&self, row: usize) -> bool {
+        self.stands[row]
+    }
+
     /// What a law's network said, with the correction of the network that hears of points; `rows`
     /// are the nodes of the frontier that it was said of.
     fn correct(&self, by: &Mlp, said: &mut [f32], rows: impl Iterator<Item = usize>) {

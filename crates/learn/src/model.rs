@@ -118,7 +118,8 @@ pub fn train_points(
         Seed(options.seed),
         device.clone(),
     )?;
-    let own = Finished::train(Network::Points, &course, set, options, &device, checkpoints, progress)?;
+    let own =
+        Finished::train(Network::Points, &course, set, options, &device, checkpoints, progress)?;
     let mut model = WeightsBuilder::from_weights(base);
     for (name, table) in &own.tensors {
         model.table(name, table.clone());

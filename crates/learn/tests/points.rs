@@ -12,8 +12,8 @@ use deeptree_graph::{
 };
 use deeptree_infer::{Active, Branchlet, Model, Predictor, SimdPath, Weights, Workspace};
 use deeptree_learn::{
-    Kind, NetworkOptions, Scan, Scans, Silent, TrainError, TrainOptions, TrainedModel,
-    TrainingSet, train, train_points,
+    Kind, NetworkOptions, Scan, Scans, Silent, TrainError, TrainOptions, TrainedModel, TrainingSet,
+    train, train_points,
 };
 
 /// A scanner that sees each internode but those of every fifth branch, and four points of each.
@@ -50,8 +50,12 @@ fn base() -> &'static Weights {
             }
         };
         let networks = names.map(|name| (name.to_owned(), own(name))).into();
-        let options =
-            TrainOptions { batch: 128, warmup_steps: 20, networks, ..TrainOptions::new(Kind::Situated) };
+        let options = TrainOptions {
+            batch: 128,
+            warmup_steps: 20,
+            networks,
+            ..TrainOptions::new(Kind::Situated)
+        };
         let folder = tempfile::tempdir().unwrap();
         let trained = train(&synthetic::set(40), &options, folder.path(), &Silent).unwrap();
         Weights::from_bytes(&trained.weights).unwrap()
@@ -59,7 +63,12 @@ fn base() -> &'static Weights {
 }
 
 fn options(epochs: u32, steps: u64) -> TrainOptions {
-    TrainOptions { epochs, steps_per_epoch: Some(steps), warmup_steps: 20, ..TrainOptions::points() }
+    TrainOptions {
+        epochs,
+        steps_per_epoch: Some(steps),
+        warmup_steps: 20,
+        ..TrainOptions::points()
+    }
 }
 
 fn hearing() -> &'static TrainedModel {

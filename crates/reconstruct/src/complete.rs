@@ -193,7 +193,8 @@ fn consensus(sprout: &Sprout, nodes: &[Node], branchlets: &[Branchlet]) -> Vec<S
             let mut has = [false; DRAWS];
             let same = children.iter().filter(|(_, other)| is_same(other, child));
             same.for_each(|&(draw, _)| has[draw] = true);
-            let votes: f32 = weights.iter().zip(has).map(|(w, has)| if has { *w } else { 0.0 }).sum();
+            let votes: f32 =
+                weights.iter().zip(has).map(|(w, has)| if has { *w } else { 0.0 }).sum();
             if best.is_none_or(|(most, _)| votes > most) {
                 best = Some((votes, child));
             }

@@ -8,7 +8,8 @@
 
 use deeptree_graph::signature::{TreeConditions, thickness_of, tip_count};
 use deeptree_graph::{
-    ChildSignature, CloudIndex, Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, TreeInfo, Vec3,
+    ChildSignature, CloudIndex, Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, TreeInfo,
+    Vec3,
 };
 use deeptree_infer::{Active, Branchlet, Overflow, Predictor, Root, Workspace};
 

@@ -24,7 +24,7 @@ pub const RADIUS: f32 = 2.0;
 pub const MOST_POINTS: usize = 512;
 
 /// Numbers that a point is told by.
-pub const POINT_LEN: usize = 4;
+pub const POINT_LEN: usize = 7;
 
 /// Widths of the hidden layer and of the output of the network that reads one point.
 pub const POINT_WIDTHS: [usize; 2] = [16, 32];
@@ -45,8 +45,9 @@ pub const MOST_SAID: f32 = 8.0;
 /// See [`MOST_SAID`].
 pub const SAID_SCALE: f32 = 4.0;
 
-/// Writes what is heard of one point: its place in the node's frame (x to the right, y up, −z
-/// ahead) and its distance, over [`RADIUS`].
+/// Writes what is heard of one point: its direction in the node's frame (x to the right, y up, −z
+/// ahead), its distance over [`RADIUS`], and the product of both, which is its place. Of a direction
+/// and a distance, a rectifier makes a cone that a child may lie in; of a place alone, it cannot.
 ///
 /// # Panics
 ///
@@ -54,8 +55,9 @@ pub const SAID_SCALE: f32 = 4.0;
 pub fn encode(node: &Node, point: Vec3, out: &mut [f32]) {
     let from = node.orientation.inverse() * (point - node.position) / RADIUS;
     let mut w = Writer { out, at: 0 };
-    w.put3(from);
+    w.put3(from.normalize_or_zero());
     w.put(from.length());
+    w.put3(from);
 }
 
 /// How many points there are, `ln(1 + n) / 4`, and what share of them is ahead of the node.
@@ -82,7 +84,8 @@ mod tests {
     #[test]
     fn a_turned_tree_with_its_cloud_is_told_the_same() {
         let tree = random_tree(1, 60);
-        let (turn, shift) = (Quat::from_euler(glam::EulerRot::XYZ, 0.4, 1.1, -2.0), Vec3::ONE * 3.0);
+        let (turn, shift) =
+            (Quat::from_euler(glam::EulerRot::XYZ, 0.4, 1.1, -2.0), Vec3::ONE * 3.0);
         for node in tree.nodes() {
             let points: Vec<Vec3> =
                 (0..9).map(|i| node.position + Vec3::new(0.1 * i as f32, 0.5, -0.7)).collect();
@@ -106,7 +109,7 @@ mod tests {
         (node.position, node.orientation) = (Vec3::new(1.0, 2.0, 3.0), Quat::IDENTITY);
         let mut out = [0.0; POINT_LEN];
         encode(&node, Vec3::new(1.0, 2.0, 2.0), &mut out);
-        assert_eq!(out, [0.0, 0.0, -0.5, 0.5]);
+        assert_eq!(out, [0.0, 0.0, -1.0, 0.5, 0.0, 0.0, -0.5]);
         let points = [Vec3::new(1.0, 2.0, 2.0), Vec3::new(1.0, 2.0, 3.5)];
         assert_eq!(summary(&node, &points), [libm::logf(3.0) / 4.0, 0.5]);
         assert_eq!(summary(&node, &[]), [0.0, 0.0]);

@@ -223,14 +223,21 @@ impl Situated {
                 continue;
             }
             let mut draws = active.seed.draws(active.lineage, Purpose::Existence);
+            // Where points are heard, the plan is a guess, which what they say may contradict.
+            let is_guess = heard.as_ref().is_some_and(|heard| heard.is_told(row));
             // What earlier draws have left may not be kept to the node.
             let allows = |class| plan.allows(Branching::from_class(class), tips);
             let is_kept = (0..CLASSES).any(allows);
             let fits = |class| Branching::from_class(class).fits(tips, plan.reach);
-            let possible = |class| if is_kept { allows(class) } else { fits(class) };
+            let possible = |class| match (is_guess, is_kept) {
+                (true, _) => Branching::from_class(class).is_ever_possible(),
+                (_, true) => allows(class),
+                (_, false) => fits(class),
+            };
             let class =
                 sampling::categorical(logits, possible, &mut draws).ok_or(Overflow { row })?;
             let branching = Branching::from_class(class);
+            let (tips, plan) = if is_guess { plan.bent_to(branching, tips) } else { (tips, plan) };
             if branching.children() > 0 {
                 let child_tips = [tips - u32::from(branching.dropped); MAX_CHILDREN];
                 drafts.push(Draft {

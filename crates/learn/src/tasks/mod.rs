@@ -12,9 +12,9 @@ mod split;
 
 use burn::tensor::Tensor;
 pub(crate) use classifier::noise_draws;
-pub(crate) use existence::ln_class;
 use deeptree_graph::signature::{TreeConditions, situated};
 use deeptree_graph::{Draws, MAX_CHILDREN};
+pub(crate) use existence::ln_class;
 pub(crate) use rotation::judge as judge_swing;
 #[cfg(test)]
 pub(crate) use split::bin_probability;

@@ -118,7 +118,11 @@ impl Situated {
         let logits = corrected(by, work.run_nodes(&self.existence), 0..truths.len());
         let foretell = |(truth, logits): (&Truth<'_>, &[f32])| {
             let (tips, plan) = (truth.own_tips, truth.plan);
-            let possible = |class| plan.allows(Branching::from_class(class), tips);
+            let is_guess = heard.as_ref().is_some_and(|heard| heard.is_told(truth.row));
+            let possible = |class| match Branching::from_class(class) {
+                branching if is_guess => branching.is_ever_possible(),
+                branching => plan.allows(branching, tips),
+            };
             let odds = laws::softmax(logits, possible).ok_or(Overflow { row: truth.row })?;
             let child = |slot| {
                 let classes = (0..CLASSES).filter(|&class| Branching::from_class(class).has(slot));

@@ -32,17 +32,26 @@ const LAWS: usize = 1 + MAX_CHILDREN;
 /// Their names among the tensors.
 const NAMES: [&str; LAWS] = ["existence", "rotation1", "rotation2", "rotation3"];
 
-/// What is measured of each: the mean −ln p of what happened, with points and without.
-const MEASURES: [&str; 2 * LAWS] = [
+/// What is measured of each: the mean −ln p of what happened, of the networks that hear the points,
+/// of the same when no points are there, and of the model that knows nothing of points.
+const MEASURES: [&str; 3 * LAWS] = [
     "existence",
     "existence_without",
+    "existence_base",
     "rotation1",
     "rotation1_without",
+    "rotation1_base",
     "rotation2",
     "rotation2_without",
+    "rotation2_base",
     "rotation3",
     "rotation3_without",
+    "rotation3_base",
 ];
+
+/// One in so many training samples is told of no points, so that the networks know what to say
+/// without them.
+const ONE_DEAF: u64 = 5;
 
 /// Points of a node that a training step looks at, drawn from those there are: a cloud could as well
 /// have fewer.
@@ -50,6 +59,9 @@ const POINTS_A_STEP: usize = 96;
 
 /// Samples that a validation sends through the networks at once.
 const VALIDATION_BATCH: usize = 128;
+
+/// Samples of each law that a validation looks at, evenly spread.
+const VALIDATION_SAMPLES: usize = 1 << 13;
 
 /// Keys the draws of the first law; the others follow.
 const KEY: u64 = 31;
@@ -97,7 +109,8 @@ impl<'a> Trees<'a> {
             .map(|((tree, scan), &species)| Told::new(tree, scan, species, model, rotations))
             .collect();
         let mut samples: [Vec<(u32, u32)>; LAWS] = Default::default();
-        for (number, (tree, _)) in trees.iter().zip(&told).enumerate().filter(|(_, t)| t.1.is_some())
+        for (number, (tree, _)) in
+            trees.iter().zip(&told).enumerate().filter(|(_, t)| t.1.is_some())
         {
             for (id, node) in tree.nodes().iter().enumerate() {
                 let spot = (number as u32, id as u32);
@@ -213,7 +226,7 @@ impl<'a> Points<'a> {
         of: &Trees<'_>,
         law: usize,
         spots: &[(u32, u32)],
-        mut draws: Option<Draws>,
+        hears: Hears<'_>,
     ) -> Batch {
         let base = &self.base;
         let (inputs, targets) = (base.inputs(law), base.targets(law));
@@ -227,9 +240,12 @@ impl<'a> Points<'a> {
             base.encode(law, &of.trees[tree as usize], told, node as usize, row, target);
             let node = &told.nodes[node as usize];
             told.cloud.around(node.position, &mut near);
+            if hears.is_deaf(i) {
+                near.clear();
+            }
             summaries.extend(summary(node, &near));
-            if let Some(draws) = &mut draws {
-                some(&mut near, POINTS_A_STEP, draws);
+            if let Hears::Some(draws) = hears {
+                some(&mut near, POINTS_A_STEP, &mut draws.clone().at(i as u64));
             }
             let mut places = vec![0.0; near.len() * POINT_LEN];
             for (&point, place) in near.iter().zip(places.chunks_exact_mut(POINT_LEN)) {
@@ -306,20 +322,19 @@ impl Base {
             let (label, possible) = targets.split_at_mut(CLASSES);
             label[truth.class()] = 1.0;
             for (class, possible) in possible.iter_mut().enumerate() {
-                // What is true is possible, whatever was told.
-                let is_possible = class == truth.class()
-                    || plan.allows(Branching::from_class(class), tips);
+                // What was told of the plan is a guess.
+                let is_possible = Branching::from_class(class).is_ever_possible();
                 *possible = if is_possible { 0.0 } else { IMPOSSIBLE };
             }
             return;
         };
-        let siblings: [_; MAX_CHILDREN] =
-            std::array::from_fn(|slot| told.sibling(tree, id, slot));
+        let siblings: [_; MAX_CHILDREN] = std::array::from_fn(|slot| told.sibling(tree, id, slot));
         let (Some(child), Some(child_id)) = (siblings[slot], tree.nodes()[id].children[slot])
         else {
             return;
         };
         let species = told.conditions.species;
+        let (tips, plan) = plan.bent_to(truth, tips);
         let context = RotationContext {
             branching: truth,
             parent_tips: tips,
@@ -338,6 +353,27 @@ impl Base {
         y.fill(child.turn.swing.y);
         let aligned = self.rotations.is_aligned(species, slot, child.turn);
         is_aligned[0] = f32::from(u8::from(aligned));
+    }
+}
+
+/// Which of the points around a node are told.
+#[derive(Clone, Copy)]
+enum Hears<'a> {
+    All,
+    Nothing,
+    /// Those that are drawn, and of some samples none.
+    Some(&'a Draws),
+}
+
+impl Hears<'_> {
+    fn is_deaf(self, sample: usize) -> bool {
+        match self {
+            Self::All => false,
+            Self::Nothing => true,
+            Self::Some(draws) => {
+                draws.clone().at(sample as u64).at(1).bits().is_multiple_of(ONE_DEAF)
+            }
+        }
     }
 }
 
@@ -370,7 +406,9 @@ impl Course for Points<'_> {
         let mut flat = Vec::new();
         for (i, network) in (0..).zip(self.networks()) {
             let mut own = network.initial(&draws.clone().at(i));
-            if i >= 2 && let Some(last) = network.spans().last() {
+            if i >= 2
+                && let Some(last) = network.spans().last()
+            {
                 own[last.start..].fill(0.0);
             }
             flat.extend(own);
@@ -393,7 +431,7 @@ impl Course for Points<'_> {
                 (0..rows as u64).map(|row| samples[order.sample(first + row)]).collect();
             let draws = self.seed.draws(Lineage::ROOT, Purpose::TrainingNoise);
             let draws = draws.at(KEY + law as u64).at(step);
-            let batch = self.batch_of(&self.train, law, &spots, Some(draws)).autodiff();
+            let batch = self.batch_of(&self.train, law, &spots, Hears::Some(&draws)).autodiff();
             let outputs = tensors.forward(law, &batch);
             let loss = match law.checked_sub(1) {
                 None => loss::existence(outputs, batch.targets),
@@ -410,6 +448,7 @@ impl Course for Points<'_> {
     }
 
     fn validate(&self, parameters: &Tensor<1>, limit: usize) -> Vec<Tally> {
+        let limit = limit.min(VALIDATION_SAMPLES);
         let tensors = self.layers(parameters, false);
         let mut tallies = vec![Tally::default(); self.base.species];
         for law in 0..LAWS {
@@ -417,8 +456,10 @@ impl Course for Points<'_> {
             let stride = samples.len().div_ceil(limit.max(1)).max(1);
             let spots: Vec<(u32, u32)> = samples.iter().copied().step_by(stride).collect();
             for chunk in spots.chunks(VALIDATION_BATCH) {
-                let batch = self.batch_of(&self.validation, law, chunk, None);
-                let corrected = mlp::values(tensors.forward(law, &batch));
+                let batch = self.batch_of(&self.validation, law, chunk, Hears::All);
+                let heard = mlp::values(tensors.forward(law, &batch));
+                let deaf = self.batch_of(&self.validation, law, chunk, Hears::Nothing);
+                let unheard = mlp::values(tensors.forward(law, &deaf));
                 let (said, targets) = (mlp::values(batch.said), mlp::values(batch.targets));
                 let (outputs, wanted) = (self.base.laws[law].outputs(), self.base.targets(law));
                 for (i, &(tree, _)) in chunk.iter().enumerate() {
@@ -433,10 +474,10 @@ impl Course for Points<'_> {
                         }
                     };
                     let row = i * outputs..(i + 1) * outputs;
-                    let values = [judge(&corrected[row.clone()]), judge(&said[row])];
+                    let values = [&heard, &unheard, &said].map(|all| judge(&all[row.clone()]));
                     let tally = &mut tallies[told.conditions.species];
                     tally.count(&[]);
-                    tally.count_parts(2 * law, &[values]);
+                    tally.count_parts(values.len() * law, &[values]);
                 }
             }
         }
@@ -472,11 +513,78 @@ impl Points<'_> {
         for (network, layers) in self.networks().zip(layers) {
             let own = layers.gradient(gradients);
             let count = network.parameters();
-            parts.push(own.unwrap_or_else(|| {
-                parameters.clone().narrow(0, start, count).zeros_like()
-            }));
+            parts.push(
+                own.unwrap_or_else(|| parameters.clone().narrow(0, start, count).zeros_like()),
+            );
             start += count;
         }
         Tensor::cat(parts, 0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use deeptree_graph::testing::random_tree;
+    use deeptree_infer::{Active, Known, WeightsBuilder, Workspace};
+
+    const MODEL: &[u8] = include_bytes!("../../../../../models/situated.safetensors");
+
+    #[test]
+    fn burn_and_the_inference_kernels_make_the_same_of_points() {
+        let weights = Weights::from_bytes(MODEL).unwrap();
+        let trees = [random_tree(1, 80), random_tree(2, 80)];
+        let scan = |tree: &BranchGraph| {
+            let ids = 0..tree.len() as u32;
+            let points = tree.nodes().iter().map(|node| node.base().lerp(node.position, 0.7));
+            Scan { points: points.collect(), nodes: ids.collect() }
+        };
+        let scans: Vec<Scan> = trees.iter().map(scan).collect();
+        let part = (&trees[..], &scans[..], &[3, 5][..]);
+        let device = Device::flex();
+        let points = Points::new(&weights, part, part, 64, Seed(1), device.clone()).unwrap();
+        let mut draws = Seed(2).draws(Lineage::ROOT, Purpose::InitialWeights);
+        let flat: Vec<f32> =
+            (0..points.parameters()).map(|_| (0.2 * draws.normal()) as f32).collect();
+        let mut model = WeightsBuilder::from_weights(&weights);
+        for (name, table) in Course::tensors(&points, &flat).unwrap() {
+            model.table(name, table);
+        }
+        let model = Model::from_bytes(&model.to_bytes().unwrap()).unwrap();
+        let layers = points.layers(&mlp::flat(flat, &device), false);
+
+        let spots = &points.train.samples[0];
+        let batch = points.batch_of(&points.train, 0, spots, Hears::All);
+        let outputs = mlp::values(layers.forward(0, &batch));
+        let known = |&(tree, id): &(u32, u32)| {
+            let told = points.train.told[tree as usize].as_ref().unwrap();
+            let active = Active {
+                node: &told.nodes[id as usize],
+                parent: None,
+                lineage: Lineage::ROOT,
+                seed: Seed(0),
+                tree: told.conditions,
+                plan: told.plans[id as usize],
+                sense: told.senses[id as usize],
+                settled: None,
+                room: None,
+                points: Some(&told.cloud),
+            };
+            Known { active, children: [None; MAX_CHILDREN] }
+        };
+        let known: Vec<Known<'_>> = spots.iter().map(known).collect();
+        let foretold = model.foretell(&known, &mut Workspace::default()).unwrap();
+        for (outputs, foretold) in outputs.chunks_exact(CLASSES).zip(&foretold) {
+            let odds = |class: usize| {
+                let is_possible = Branching::from_class(class).is_ever_possible();
+                if is_possible { f64::from(outputs[class]).exp() } else { 0.0 }
+            };
+            let all: f64 = (0..CLASSES).map(odds).sum();
+            for slot in 0..MAX_CHILDREN {
+                let has = |class: &usize| Branching::from_class(*class).has(slot);
+                let burn = (0..CLASSES).filter(has).map(odds).sum::<f64>() / all;
+                assert!((burn - foretold.children[slot]).abs() < 1e-4, "{burn} {foretold:?}");
+            }
+        }
     }
 }
