@@ -108,6 +108,10 @@ pub(crate) struct MeshArgs {
     /// formats, in files of their own, tree_lod0.obj and so on.
     #[arg(long, value_name = "one|files", num_args = 0..=1, require_equals = true, default_missing_value = "one", conflicts_with_all = ["lod", "max_triangles", "animate_growth"], value_enum)]
     pub(crate) lods: Option<Lods>,
+    /// After the levels of detail, so many crossed cards with pictures of the tree, path-traced in
+    /// even light; in files of their own, tree_impostor.obj [without a number: 2].
+    #[arg(long, value_name = "CARDS", num_args = 0..=1, require_equals = true, default_missing_value = "2", requires = "lods", value_parser = clap::value_parser!(u32).range(1..=16))]
+    pub(crate) impostor: Option<u32>,
     /// An animation in .glb and .gltf in which the tree unfolds from a seedling to its full shape, in
     /// so many seconds [without a number: 10].
     #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true, default_missing_value = "10", conflicts_with = "instancing", value_parser = seconds)]

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use deeptree_export::gltf::{self, Document, Level};
 use deeptree_export::{Subject, Unfolding, obj, ply, usd, write_atomically};
-use deeptree_graph::BranchGraph;
+use deeptree_graph::{BranchGraph, Seed};
 use deeptree_mesh::{Dressed, Mesh, WoodOptions, tubes, within, wood};
+use deeptree_render::impostor;
 
 use crate::args::{Attribute, Lods, MeshArgs, UsageError};
 use crate::format::Format;
@@ -15,6 +16,11 @@ use crate::look::dressed;
 
 /// The levels of detail that there are.
 const LEVELS: [u8; 4] = [0, 1, 2, 3];
+
+/// Height in pixels of an impostor's cards, several times that at which they are looked at, and
+/// light paths a pixel.
+const CARD_HEIGHT: u32 = 256;
+const CARD_PATHS: u32 = 16;
 
 /// What is to be seen of a tree.
 pub(crate) enum Shape {
@@ -30,6 +36,22 @@ impl Shape {
             None => Self::Bare(wood),
             Some(look) => Self::Dressed(Box::new(dressed(tree, wood, &look)?)),
         })
+    }
+
+    /// Cards with pictures of it.
+    fn impostor(&self, tree: &BranchGraph, cards: u32) -> Result<Self> {
+        let bare;
+        let dressed = match self {
+            Self::Dressed(dressed) => &**dressed,
+            Self::Bare(wood) => {
+                let (wood, bark) = (wood.clone(), deeptree_render::plain_bark());
+                bare = Dressed { wood, bark, foliage: Vec::new() };
+                &bare
+            }
+        };
+        let painted = impostor(dressed, cards, CARD_HEIGHT, CARD_PATHS, Seed(0))?;
+        let internodes = dressed.wood.internodes.clone();
+        Ok(Self::Dressed(Box::new(painted.into_dressed(&tree.info.species, internodes))))
     }
 
     fn subject(&self) -> Subject<'_> {
@@ -84,7 +106,11 @@ pub(crate) fn save(tree: &BranchGraph, args: &MeshArgs, format: Format, path: &P
     }
     for lod in LEVELS {
         let shape = Shape::new(tree, args, lod)?;
-        save_shape(tree, &shape, args, format, &level_path(path, lod))?;
+        save_shape(tree, &shape, args, format, &level_path(path, &format!("lod{lod}")))?;
+    }
+    if let Some(cards) = args.impostor {
+        let shape = Shape::new(tree, args, LEVELS[0])?.impostor(tree, cards)?;
+        save_shape(tree, &shape, args, format, &level_path(path, "impostor"))?;
     }
     Ok(())
 }
@@ -164,9 +190,14 @@ fn document<'a>(
     })
 }
 
-/// A tree at all levels of detail.
+/// A tree at all levels of detail that are asked for.
 fn shapes(tree: &BranchGraph, args: &MeshArgs) -> Result<Vec<Shape>> {
-    LEVELS.into_iter().map(|lod| Shape::new(tree, args, lod)).collect()
+    let wood = LEVELS.into_iter().map(|lod| Shape::new(tree, args, lod));
+    let mut shapes = wood.collect::<Result<Vec<_>>>()?;
+    if let Some(cards) = args.impostor {
+        shapes.push(shapes[0].impostor(tree, cards)?);
+    }
+    Ok(shapes)
 }
 
 fn with_levels<'a>(
@@ -174,15 +205,20 @@ fn with_levels<'a>(
     shapes: &'a [Shape],
     args: &MeshArgs,
 ) -> Result<Document<'a>> {
+    let mut coverage = gltf::COVERAGE.to_vec();
+    if shapes.len() > coverage.len() {
+        coverage.pop();
+        coverage.extend(gltf::COVERAGE_BEFORE_CARDS);
+    }
     let level = |(shape, coverage): (&'a Shape, f32)| Level { subject: shape.subject(), coverage };
-    let levels: Vec<Level<'_>> = shapes.iter().zip(gltf::COVERAGE).map(level).collect();
+    let levels: Vec<Level<'_>> = shapes.iter().zip(coverage).map(level).collect();
     Ok(Document::with_levels(&levels, &tree.info, options(args))?)
 }
 
-/// `tree.glb` at level 2 is `tree_lod2.glb`.
-fn level_path(path: &Path, lod: u8) -> PathBuf {
+/// `tree.glb` at `lod2` is `tree_lod2.glb`.
+fn level_path(path: &Path, level: &str) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_owned();
-    name.push(format!("_lod{lod}"));
+    name.push(format!("_{level}"));
     if let Some(extension) = path.extension() {
         name.push(".");
         name.push(extension);

@@ -40,11 +40,31 @@ fn leaves_and_textures_come_where_they_are_asked_for() {
     };
     assert_eq!(counts("plain.glb"), (1, 0));
     // Colour, normal and roughness of each material.
-    assert_eq!([counts("bark.glb"), counts("winter.glb")], [(1, 3); 2]);
+    assert_eq!([counts("bark.glb"), counts("winter.glb")], [(1, 3), (2, 3)]);
     for name in ["summer.glb", "autumn.glb", "pine.glb"] {
         assert_eq!(counts(name), (2, 6), "{name}");
     }
     assert!(desk.read("summer.glb") != desk.read("autumn.glb"));
+}
+
+#[test]
+fn an_impostor_is_the_last_level_of_detail() {
+    let desk = Desk::new();
+    grow(&desk, "oak", &["--lods", "--impostor=1"], "levels.glb");
+    let levels = description(&desk, "levels.glb");
+    let first = &levels["nodes"][levels["scenes"][0]["nodes"][0].as_u64().unwrap() as usize];
+    let ids = first["extensions"]["MSFT_lod"]["ids"].as_array().unwrap();
+    let coverage = first["extras"]["MSFT_screencoverage"].as_array().unwrap();
+    assert_eq!((ids.len(), coverage.len()), (4, 5));
+    assert!(coverage.is_sorted_by(|a, b| a.as_f64() > b.as_f64()));
+    // A card of four corners, with a picture of colours and one of normals.
+    let card = &levels["nodes"][ids[3].as_u64().unwrap() as usize];
+    let card = &levels["nodes"][card["children"][0].as_u64().unwrap() as usize];
+    let card = &levels["meshes"][card["mesh"].as_u64().unwrap() as usize]["primitives"][0];
+    let position = card["attributes"]["POSITION"].as_u64().unwrap() as usize;
+    assert_eq!(levels["accessors"][position]["count"], 4);
+    // Beside the three of the bark.
+    assert_eq!(count(&levels, "images"), 5);
 }
 
 #[test]

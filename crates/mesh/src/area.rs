@@ -35,7 +35,11 @@ impl Dressed {
     /// The area of all leaves, one side of each, in square metres.
     #[must_use]
     pub fn leaf_area(&self) -> f64 {
-        self.foliage.iter().map(Foliage::area).sum()
+        self.leafy().map(Foliage::area).sum()
+    }
+
+    fn leafy(&self) -> impl Iterator<Item = &Foliage> {
+        self.foliage.iter().filter(|foliage| !foliage.woody)
     }
 
     /// Leaf area over the ground that the crown is above; 0 without leaves.
@@ -44,8 +48,7 @@ impl Dressed {
     #[must_use]
     pub fn leaf_area_index(&self) -> f64 {
         let mut squares: Vec<[i32; 2]> = self
-            .foliage
-            .iter()
+            .leafy()
             .flat_map(|foliage| &foliage.leaves)
             .flat_map(|leaf| [leaf.position, leaf.place(Vec3::NEG_Z)])
             .map(|p| [p.x, p.z].map(|x| libm::floorf(x / SQUARE) as i32))

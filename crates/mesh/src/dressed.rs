@@ -12,11 +12,11 @@ pub struct Dressed {
     pub wood: Mesh,
     /// What it is made of.
     pub bark: Material,
-    /// Leaves or needles, kind by kind; none in winter.
+    /// Leaves or needles, kind by kind; in winter the bare twigs of what has no leaves then.
     pub foliage: Vec<Foliage>,
 }
 
-/// All leaves of one shape and material.
+/// All leaves of one shape and material, or all bare twigs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Foliage {
     /// The one leaf, or the one shoot with its leaves, that all are copies of.
@@ -25,6 +25,8 @@ pub struct Foliage {
     pub leaves: Vec<Leaf>,
     /// What they are made of.
     pub material: Material,
+    /// Are they twigs without leaves? Their material is opaque.
+    pub woody: bool,
 }
 
 /// The surface of a leaf, of a length of 1, in its own frame: the foot of the petiole at the

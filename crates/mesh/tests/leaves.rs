@@ -123,18 +123,25 @@ fn leaf_density_is_a_factor_of_the_leaf_area() {
 }
 
 #[test]
-fn only_pines_have_leaves_in_winter_and_autumn_has_fewer_than_summer() {
+fn only_pines_have_leaves_in_winter_others_bare_twigs() {
     for species in SPECIES {
         let tree = grown(species, 2);
         let count = |season| -> usize {
             let look = Look { season, ..Look::default() };
-            dressed(&tree, &look).foliage.iter().map(|f| f.leaves.len()).sum()
+            let dressed = dressed(&tree, &look);
+            let leafy = dressed.foliage.iter().filter(|foliage| !foliage.woody);
+            assert_eq!(dressed.leaf_area() > 0.0, leafy.clone().count() > 0);
+            leafy.map(|foliage| foliage.leaves.len()).sum()
         };
         let [spring, summer, autumn, winter] = Season::ALL.map(count);
         if species == "pine" {
             assert_eq!([spring, autumn, winter], [summer; 3]);
         } else {
             assert!(winter == 0 && autumn < summer && spring < summer, "{species}");
+            // Every shoot of summer is a twig in winter.
+            let winter = dressed(&tree, &Look { season: Season::Winter, ..Look::default() });
+            let twigs = winter.foliage.iter().map(|twigs| twigs.leaves.len()).sum::<usize>();
+            assert_eq!(twigs, summer, "{species}");
         }
         let bare = dressed(&tree, &Look { leaves: false, ..Look::default() });
         assert!(bare.foliage.is_empty() && bare.bark.color_image.is_some());
@@ -153,7 +160,9 @@ fn blades_and_leaves_are_sound() {
     for species in SPECIES {
         let tree = grown(species, 4);
         let reaches = reaches(&tree);
-        for foliage in dressed(&tree, &Look::default()).foliage {
+        let winter = Look { season: Season::Winter, ..Look::default() };
+        let both = [Look::default(), winter].map(|look| dressed(&tree, &look).foliage);
+        for foliage in both.into_iter().flatten() {
             let blade = &foliage.blade;
             let count = blade.positions.len();
             assert_eq!((blade.normals.len(), blade.uvs.len()), (count, count));
@@ -162,7 +171,8 @@ fn blades_and_leaves_are_sound() {
             assert!(blade.uvs.iter().flatten().all(|x| (0.0..=1.0).contains(x)));
             // A shoot has the length of its scale, give or take a leaf.
             let far = blade.positions.iter().map(|p| p.length()).fold(0.0, f32::max);
-            assert!((0.9..1.6).contains(&far), "{species} {far}");
+            let least = if foliage.woody { 0.5 } else { 0.9 };
+            assert!((least..1.6).contains(&far), "{species} {far}");
             for t in blade.indices.chunks(3) {
                 let [a, b, c] = [t[0], t[1], t[2]].map(|i| blade.positions[i as usize]);
                 let normal = blade.normals[t[0] as usize];
@@ -263,7 +273,8 @@ fn leaves_and_pictures_have_the_golden_bits() {
         for material in core::iter::once(&dressed.bark).chain(leaves) {
             for image in [&material.color_image, &material.normal_image, &material.roughness_image]
             {
-                painted.update(&image.as_ref().unwrap().pixels);
+                // Bare twigs have none.
+                image.iter().for_each(|image| painted.update(&image.pixels));
             }
         }
     }

@@ -1,7 +1,8 @@
 //! One scene for two renderers: writes the wood of a grown tree, what Mitsuba 3 needs to know of the
 //! scene, and our picture of it. `tools/beside_mitsuba.py` renders the same with Mitsuba and compares.
 //!
-//! `cargo run --release -p deeptree-render --example beside_mitsuba -- FOLDER`
+//! `cargo run --release -p deeptree-render --example beside_mitsuba -- FOLDER [ROUGHNESS]`; as rough as bark, 0.7, if none is
+//! given.
 
 #![allow(clippy::unwrap_used, reason = "an example that cannot go on stops")]
 
@@ -19,8 +20,6 @@ const SIZE: u32 = 256;
 const SAMPLES: u32 = 256;
 const ANGLE: f32 = 0.56;
 const ALBEDO: [f32; 3] = [0.5, 0.35, 0.2];
-/// Smooth: Mitsuba's rough plastic loses what is reflected between facets, ours gives it out again.
-const ROUGHNESS: f32 = 0.1;
 const GROUND: f32 = 0.3;
 const SUN: [f32; 2] = [0.7, -0.9];
 const SUN_SHARE: f32 = 0.6;
@@ -46,6 +45,7 @@ fn faceted(wood: &Mesh) -> Mesh {
 fn main() {
     let folder = PathBuf::from(std::env::args().nth(1).expect("a folder"));
     fs::create_dir_all(&folder).unwrap();
+    let roughness: f32 = std::env::args().nth(2).map_or(0.7, |text| text.parse().unwrap());
     let species = Species::named("oak").unwrap();
     let tree = grow("oak", species.parameters(Profile::Reference), Seed(7)).unwrap().tree;
     let wood = faceted(&wood(&tree, &WoodOptions::default()));
@@ -60,7 +60,7 @@ fn main() {
     fs::write(folder.join("wood.obj"), obj).unwrap();
 
     let color = [ALBEDO[0], ALBEDO[1], ALBEDO[2], 1.0];
-    let bark = Material { color, roughness: ROUGHNESS, ..plain_bark() };
+    let bark = Material { color, roughness, ..plain_bark() };
     let tree = Dressed { wood, bark, foliage: Vec::new() };
     let light = Light::overcast(SUN[0], SUN[1], SUN_SHARE).unwrap();
     let scene = Scene::new(&tree, light, Ground::Plain(Vec3::splat(GROUND))).unwrap();
@@ -73,7 +73,7 @@ fn main() {
         "{{\"size\": {SIZE}, \"samples\": {SAMPLES}, \"angle\": {ANGLE}, \"albedo\": {ALBEDO:?}, \
          \"alpha\": {}, \"ground\": {GROUND}, \"sun\": {sun:?}, \"sun_irradiance\": {}, \
          \"dome\": {}, \"from\": {:?}, \"up\": {:?}, \"forward\": {:?}}}",
-        ROUGHNESS * ROUGHNESS,
+        roughness * roughness,
         std::f32::consts::PI * SUN_SHARE / high,
         1.0 - SUN_SHARE,
         from.to_array(),

@@ -3,10 +3,11 @@
 use std::f32::consts::PI;
 
 use deeptree_graph::Seed;
-use deeptree_mesh::{Dressed, Image};
-use glam::Vec3;
+use deeptree_mesh::{Blade, Dressed, Foliage, Image, Internode, Leaf, Material, Mesh};
+use glam::{Quat, Vec3};
 
 use crate::aov::{Kind, Mark, marks};
+use crate::bark::plain_bark;
 use crate::camera::Camera;
 use crate::error::RenderError;
 use crate::film::{MAX_SIZE, Options, Picture, render};
@@ -106,6 +107,63 @@ pub fn impostor(
     Ok(Impostor { cards, color, normal })
 }
 
+impl Impostor {
+    /// The cards as the leaves of a tree without wood, for files and scenes; they stand on the root,
+    /// the first of `internodes`.
+    ///
+    /// Cards are looked at when they are small: the cutoff of alpha is such that at a quarter of the
+    /// picture's size they cover what the tree covers, however thin its twigs, in programs that
+    /// take two thirds of it as files do.
+    #[must_use]
+    pub fn into_dressed(self, species: &str, internodes: Vec<Internode>) -> Dressed {
+        let mut blade = Blade::default();
+        for card in &self.cards {
+            let [left, low, right, high] = card.uv;
+            let first = blade.positions.len() as u32;
+            blade.positions.extend(card.corners);
+            blade.normals.extend([card.normal; 4]);
+            blade.uvs.extend([[left, low], [right, low], [right, high], [left, high]]);
+            blade.indices.extend([0, 1, 2, 0, 2, 3].map(|i| first + i));
+        }
+        let material = Material {
+            name: format!("{species} impostor"),
+            color: [1.0; 4],
+            alpha_cutoff: Some(1.5 * equal_cover(&self.color, SEEN)),
+            color_image: Some(self.color),
+            normal_image: Some(self.normal),
+            roughness: 0.8,
+            roughness_image: None,
+            translucency: 0.0,
+            double_sided: true,
+        };
+        let leaf = Leaf { position: Vec3::ZERO, rotation: Quat::IDENTITY, scale: 1.0, node: 0 };
+        let foliage = Foliage { blade, leaves: vec![leaf], material, woody: false };
+        let wood = Mesh { internodes, ..Mesh::default() };
+        Dressed { wood, bark: plain_bark(), foliage: vec![foliage] }
+    }
+}
+
+/// How many times smaller cards are looked at.
+const SEEN: usize = 4;
+
+/// The alpha that as large a part of a picture has, made `smaller` times smaller, as its alpha is on
+/// average.
+fn equal_cover(image: &Image, smaller: usize) -> f32 {
+    let (width, height) = (image.width as usize / smaller, image.height as usize / smaller);
+    let alpha = |x: usize, y: usize| {
+        let block = (0..smaller * smaller).map(|i| {
+            let (column, row) = (x * smaller + i % smaller, y * smaller + i / smaller);
+            f32::from(image.pixels[(row * image.width as usize + column) * 4 + 3])
+        });
+        block.sum::<f32>() / (255 * smaller * smaller) as f32
+    };
+    let mut all: Vec<f32> =
+        (0..width * height).map(|i| alpha(i % width, i / width)).filter(|&a| a > 0.0).collect();
+    all.sort_by(|a, b| b.total_cmp(a));
+    let covered = all.iter().sum::<f32>() as usize;
+    all.get(covered).map_or(0.5, |&cutoff| cutoff.clamp(0.02, 0.6))
+}
+
 /// The pictures of all cards, side by side.
 struct Atlas {
     cell: [u32; 2],
@@ -200,5 +258,26 @@ impl Atlas {
             Image { width, height, channels: 4, pixels: colored.collect() },
             Image { width, height, channels: 3, pixels: bent.collect() },
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_crown_of_thin_twigs_covers_as_much_as_it_did() {
+        // A disc whose cover falls from 0.4 in its middle to 0 at its rim: a cone of 0.4 π r² / 3.
+        let (side, radius) = (256u32, 120.0f32);
+        let pixels = (0..side * side).flat_map(|i| {
+            let [x, y] = [i % side, i / side].map(|k| k as f32 + 0.5 - side as f32 / 2.0);
+            let cover = 0.4 * (1.0 - (x * x + y * y).sqrt() / radius).max(0.0);
+            [0, 0, 0, (255.0 * cover + 0.5) as u8]
+        });
+        let image = Image { width: side, height: side, channels: 4, pixels: pixels.collect() };
+        let cutoff = equal_cover(&image, 4);
+        // The part above the cutoff is a disc of a third of the area.
+        let expected = 0.4 * (1.0 - (1.0f32 / 3.0 * 0.4).sqrt());
+        assert!((cutoff - expected).abs() < 0.01, "{cutoff} {expected}");
     }
 }

@@ -176,7 +176,8 @@ impl<'a> Scene<'a> {
                 let blade = &foliage.blade;
                 let t = blade.indices.as_chunks::<3>().0[triangle as usize].map(|i| i as usize);
                 let node = foliage.leaves[number as usize].node;
-                (&blade.positions, &blade.normals, &blade.uvs, t, Label::Leaf(node))
+                let label = if foliage.woody { Label::Wood(node) } else { Label::Leaf(node) };
+                (&blade.positions, &blade.normals, &blade.uvs, t, label)
             }
         };
         let mix = |of: &[Vec3]| of[i] * weights[0] + of[j] * weights[1] + of[k] * weights[2];

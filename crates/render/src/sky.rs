@@ -3,15 +3,19 @@
 //! # Source
 //!
 //! Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight": luminance of the sky
-//! (their appendix A.2), transmittance of the air (A.1). Takagi et al. 1990, "Accurate Rendering
-//! Technique Based on Colorimetric Conception": the colour temperature of the sky, by its luminance;
-//! CIE 15: the chromaticity of daylight of a colour temperature. Kasten and Young 1989: airmass.
-//! IES Lighting Handbook, clear sky: what the sky sheds on level ground.
+//! (their appendix A.2), transmittance of the air (A.1). Henyey and Greenstein 1941: the phase
+//! function of haze. Kasten and Young 1989: airmass. IES Lighting Handbook, clear sky: what the sky
+//! sheds on level ground.
 //! Deviation: Preetham's luminances are scaled to the IES's illuminance, since they are up to twice
-//! that; his chromaticities, which make the horizon pink, are not used; below the lowest degree the
-//! horizon's colour goes on.
+//! that; his chromaticities, which make the horizon pink, are not used: the colour is that of sunlight
+//! scattered once by as much air as there is in a direction, which is blue above and pale at the
+//! horizon. Below the lowest degree the horizon's colour goes on.
 
-use glam::{Mat3, Vec3};
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use crate::tone::luminance;
 
 /// Luminous irradiance of the sun above the air, in the unit of the sky: kcd/m² · sr.
 const SOLAR: f32 = 128.0;
@@ -78,21 +82,39 @@ impl ClearSky {
 
     /// Radiance from a direction, as linear sRGB with its luminance in kcd/m².
     pub(crate) fn radiance(&self, direction: Vec3) -> Vec3 {
-        let luminance = self.luminance(direction).max(LEAST);
-        rgb_of_daylight(color_temperature(luminance)) * luminance
+        self.color(direction) * self.luminance(direction).max(LEAST)
+    }
+
+    /// Colour of a direction, of luminance 1: of sunlight that was scattered once on its way,
+    /// `E_sun (τ_air p_air + τ_haze p_haze) / τ · (1 − e^(−τ m))` at airmass m.
+    fn color(&self, direction: Vec3) -> Vec3 {
+        let cos = direction.dot(self.sun).clamp(-1.0, 1.0);
+        let airmass = airmass(direction.y.max(0.01));
+        let [air, haze] = self.depths();
+        let depth = air + haze;
+        let scattered = (air * phase_of_air(cos) + haze * phase_of_haze(cos)) / depth;
+        let seen = (depth * -airmass).to_array().map(|x| 1.0 - libm::expf(x));
+        let color = self.sun_irradiance() * scattered * Vec3::from_array(seen);
+        color / luminance(color).max(f32::MIN_POSITIVE)
+    }
+
+    /// Optical depths of air and of haze towards the zenith.
+    fn depths(&self) -> [Vec3; 2] {
+        let haze = 0.04608 * self.turbidity - 0.04586;
+        let power = |factor: f32, exponent: f32| {
+            Vec3::from_array(
+                WAVELENGTHS.map(|wavelength| factor * libm::powf(wavelength, exponent)),
+            )
+        };
+        [power(0.008735, -4.08), power(haze, -1.3)]
     }
 
     /// Irradiance of the sun on a surface that faces it, in the same unit.
     pub(crate) fn sun_irradiance(&self) -> Vec3 {
-        let height = libm::asinf(self.sun.y.clamp(-1.0, 1.0)).to_degrees().max(0.0);
-        let airmass = 1.0 / (self.sun.y.max(0.0) + 0.50572 * libm::powf(height + 6.07995, -1.6364));
-        let haze = 0.04608 * self.turbidity - 0.04586;
-        let through = std::array::from_fn(|i| {
-            let wavelength = WAVELENGTHS[i];
-            let air = 0.008735 * libm::powf(wavelength, -4.08);
-            let dust = haze * libm::powf(wavelength, -1.3);
-            libm::expf(-airmass * (air + dust) - OZONE[i] * OZONE_LAYER * airmass)
-        });
+        let airmass = airmass(self.sun.y);
+        let [air, haze] = self.depths();
+        let depth = air + haze + Vec3::from_array(OZONE) * OZONE_LAYER;
+        let through = (depth * -airmass).to_array().map(libm::expf);
         Vec3::from_array(through) * SOLAR
     }
 }
@@ -102,51 +124,56 @@ fn perez_at([a, b, c, d, e]: &[f32; 5], cos_zenith: f32, angle: f32, cos: f32) -
     (1.0 + a * libm::expf(b / cos_zenith)) * (1.0 + c * libm::expf(d * angle) + e * cos * cos)
 }
 
-/// Correlated colour temperature in kelvins of sky of a luminance in kcd/m²:
-/// `6500 + 1.1985e8 / L^1.2` with L in cd/m².
-fn color_temperature(luminance: f32) -> f32 {
-    6500.0 + 1.1985e8 / libm::powf(1000.0 * luminance, 1.2)
+/// Airmass in a direction of this height, in zenith's: Kasten and Young's.
+fn airmass(up: f32) -> f32 {
+    let up = up.clamp(0.0, 1.0);
+    let height = libm::asinf(up).to_degrees();
+    1.0 / (up + 0.50572 * libm::powf(height + 6.07995, -1.6364))
 }
 
-/// Linear sRGB, of luminance 1, of daylight of a colour temperature of at least 4000 K.
-fn rgb_of_daylight(kelvins: f32) -> Vec3 {
-    let i = 1000.0 / kelvins;
-    let x = if kelvins < 7000.0 {
-        ((-4.6070 * i + 2.9678) * i + 0.09911) * i + 0.244_063
-    } else {
-        ((-2.0064 * i + 1.9018) * i + 0.24748) * i + 0.237_040
-    };
-    let y = (-3.0 * x + 2.870) * x - 0.275;
-    rgb_from_xyy(1.0, x, y).max(Vec3::ZERO)
+/// Phase function of air (Rayleigh's), per steradian.
+fn phase_of_air(cos: f32) -> f32 {
+    3.0 / (16.0 * PI) * (1.0 + cos * cos)
 }
 
-/// Linear sRGB (IEC 61966-2-1) of a CIE xyY colour.
-fn rgb_from_xyy(luminance: f32, x: f32, y: f32) -> Vec3 {
-    let xyz = Vec3::new(x, y, 1.0 - x - y) * (luminance / y.max(1e-6));
-    let rgb_from_xyz = Mat3::from_cols(
-        Vec3::new(3.240_97, -0.969_244, 0.055_63),
-        Vec3::new(-1.537_383, 1.875_968, -0.203_977),
-        Vec3::new(-0.498_611, 0.041_555, 1.056_972),
-    );
-    rgb_from_xyz * xyz
+/// Phase function of haze, per steradian: Henyey and Greenstein's.
+fn phase_of_haze(cos: f32) -> f32 {
+    const FORWARD: f32 = 0.76;
+    let square = FORWARD * FORWARD;
+    (1.0 - square) / (4.0 * PI * libm::powf(1.0 + square - 2.0 * FORWARD * cos, 1.5))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tone::luminance;
 
     fn sun(height: f32) -> Vec3 {
         let height = height.to_radians();
         Vec3::new(0.0, libm::sinf(height), libm::cosf(height))
     }
 
+    /// ∫ p dω = 1.
     #[test]
-    fn white_is_white() {
-        // D65 has the chromaticity (0.3127, 0.3290).
-        for white in [rgb_from_xyy(1.0, 0.3127, 0.3290), rgb_of_daylight(6504.0)] {
-            assert!((white - Vec3::ONE).abs().max_element() < 5e-3, "{white}");
+    fn phase_functions_scatter_all_light() {
+        for phase in [phase_of_air, phase_of_haze] {
+            let n = 20_000;
+            let cos = |i: i32| (i as f32 + 0.5) / n as f32 * 2.0 - 1.0;
+            let all = (0..n).map(|i| f64::from(phase(cos(i)))).sum::<f64>() / f64::from(n);
+            assert!((4.0 * std::f64::consts::PI * all - 1.0).abs() < 1e-3, "{all}");
         }
+    }
+
+    /// At the horizon the air is thick enough that all colours are scattered.
+    #[test]
+    fn the_sky_is_pale_at_the_horizon() {
+        let sky = ClearSky::new(sun(45.0), 2.5);
+        let blue = |c: Vec3| c.z / c.x;
+        let [high, low] = [80.0f32, 1.0].map(|height| {
+            let (sin, cos) = libm::sincosf(height.to_radians());
+            sky.color(Vec3::new(0.0, sin, -cos))
+        });
+        assert!(blue(low) < 1.3 && blue(high) > 1.5 * blue(low), "{low} {high}");
+        assert!((luminance(low) - 1.0).abs() < 1e-5);
     }
 
     #[test]

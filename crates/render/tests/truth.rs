@@ -64,7 +64,7 @@ fn disc() -> Blade {
 
 /// Leaves alone.
 fn leaves(blade: Blade, leaves: Vec<Leaf>, material: Material) -> Dressed {
-    let foliage = vec![Foliage { blade, leaves, material }];
+    let foliage = vec![Foliage { blade, leaves, material, woody: false }];
     Dressed { wood: Mesh::default(), bark: plain_bark(), foliage }
 }
 
@@ -228,7 +228,12 @@ fn any_number_of_threads_gives_the_same_bits() {
             leaf(Vec3::new(0.0, 1.0 + 0.02 * i as f32, 0.0), turn, 0.3)
         })
         .collect();
-    let foliage = vec![Foliage { blade: disc(), leaves: crowd, material: material(0.4, 0.5, 0.4) }];
+    let foliage = vec![Foliage {
+        blade: disc(),
+        leaves: crowd,
+        material: material(0.4, 0.5, 0.4),
+        woody: false,
+    }];
     let tree = Dressed { wood: post(), bark: plain_bark(), foliage };
     let take = |threads| {
         let options = Options { size: [70, 50], samples: 48, error: 0.05, ..Options::default() };

@@ -84,9 +84,12 @@ impl Target {
         let corners = wood.indices.as_chunks::<3>().0;
         let mut nodes: Vec<[NodeId; 3]> =
             corners.iter().map(|t| t.map(|i| wood.nodes[i as usize])).collect();
+        for kind in foliage.iter().filter(|kind| kind.woody) {
+            push_leaves(kind, &mut triangles, &mut nodes);
+        }
         let first_leaf = triangles.len();
         let (mut outlines, mut cutouts) = (Vec::new(), Vec::new());
-        for kind in foliage {
+        for kind in foliage.iter().filter(|kind| !kind.woody) {
             push_leaves(kind, &mut triangles, &mut nodes);
             push_outlines(kind, cutouts.len() as u32, &mut outlines);
             cutouts.push(Cutout::of(&kind.material));

@@ -168,7 +168,8 @@ fn leaves_hide_wood_and_are_told_from_it() {
         alpha_cutoff: None,
         double_sided: true,
     };
-    let foliage = |leaves| Foliage { blade: blade.clone(), leaves, material: material.clone() };
+    let foliage =
+        |leaves| Foliage { blade: blade.clone(), leaves, material: material.clone(), woody: false };
     let classes = |foliage: &[Foliage]| {
         let target = Target::new(&tree, &wood, foliage);
         let cloud = scan(&target, &exact(Kind::Terrestrial), Seed(2));

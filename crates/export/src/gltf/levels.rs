@@ -19,6 +19,9 @@ const EXTENSION: &str = "MSFT_lod";
 /// 1080 rows.
 pub const COVERAGE: [f32; 4] = [0.6, 0.25, 0.08, 0.002];
 
+/// The same of the coarsest wood, and of cards with pictures of the tree, where these come after it.
+pub const COVERAGE_BEFORE_CARDS: [f32; 2] = [0.04, 0.002];
+
 /// A level of detail of a tree.
 #[derive(Clone, Copy, Debug)]
 pub struct Level<'a> {

@@ -37,7 +37,7 @@ mod skin;
 use std::io;
 
 pub use document::{Document, Options};
-pub use levels::{COVERAGE, Level};
+pub use levels::{COVERAGE, COVERAGE_BEFORE_CARDS, Level};
 pub use parts::Attributes;
 
 use crate::atomic::WriteError;

@@ -77,7 +77,12 @@ pub(crate) fn dressed(seed: u64, nodes: usize) -> (BranchGraph, Dressed) {
     let mut first = leaves(&tree);
     let mut second = first.split_off(first.len() / 2);
     let third = second.split_off(second.len() / 2);
-    let kind = |name, leaves| Foliage { blade: blade(), leaves, material: leaf_material(name) };
+    let kind = |name, leaves| Foliage {
+        blade: blade(),
+        leaves,
+        material: leaf_material(name),
+        woody: false,
+    };
     let all = [("test leaf", first), ("other leaf", second), ("test leaf", third)];
     let foliage = all.map(|(name, leaves)| kind(name, leaves)).to_vec();
     let dressed = Dressed { wood: wood(&tree, &WoodOptions::default()), bark: bark(), foliage };

@@ -15,7 +15,7 @@ const FOLD: f32 = 0.22;
 const HANG: f32 = 0.16;
 
 /// Radius of the twig over its length at its foot and its tip.
-const RADII: [f32; 2] = [0.010, 0.004];
+pub(super) const RADII: [f32; 2] = [0.010, 0.004];
 
 /// The blade of a species with the cards of its texture.
 pub(crate) fn blade(habit: &Habit, cards: &[&Card], noise: Noise, coarse: bool) -> Blade {

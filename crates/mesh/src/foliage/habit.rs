@@ -77,6 +77,21 @@ pub(crate) struct Tints {
     pub(crate) vein: Rgb,
 }
 
+/// What is left of a shoot in winter: side twigs on it, and how it grows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bare {
+    /// Side twigs of one shoot.
+    pub(crate) sides: u32,
+    /// Length of the longest as a share of the shoot's.
+    pub(crate) length: f32,
+    /// Their angle to the shoot in radians.
+    pub(crate) angle: f32,
+    /// How far it winds to the sides, as a share of its length.
+    pub(crate) wind: f32,
+    /// Thickness as a multiple of the leafy shoot's.
+    pub(crate) thickness: f32,
+}
+
 /// How a species bears its leaves.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Habit {
@@ -97,6 +112,7 @@ pub(crate) struct Habit {
     pub(crate) cards: Cards,
     pub(crate) frond: Frond,
     pub(crate) evergreen: bool,
+    pub(crate) bare: Bare,
     pub(crate) spring: Tints,
     pub(crate) summer: Tints,
     /// What leaves turn to in autumn, one for each part of the crown.
@@ -164,6 +180,7 @@ fn beech() -> Habit {
             crowd: 0.0,
         }),
         evergreen: false,
+        bare: Bare { sides: 6, length: 0.3, angle: 0.8, wind: 0.015, thickness: 0.8 },
         spring: tints(0x9cc04a, 0x86b23e, 0xbcd07a),
         summer: tints(0x64923a, 0x527f31, 0x9db268),
         autumn: [srgb(0xc4761f), srgb(0xd9a12e)],
@@ -199,6 +216,7 @@ fn corkscrew() -> Habit {
             twist: 0.6,
             crowd: 0.0,
         }),
+        bare: Bare { sides: 5, length: 0.4, angle: 0.7, wind: 0.07, thickness: 0.7 },
         summer: tints(0x7da04a, 0x69903f, 0xb0c27a),
         twig: srgb(0x7a6a35),
         ..willow()
@@ -219,6 +237,7 @@ fn maple() -> Habit {
         cards: Cards::Along { leaves: 8, length: 0.20, angle: 1.0 },
         frond: Frond::Leaf { form: Form::Maple, petiole: 0.30 },
         evergreen: false,
+        bare: Bare { sides: 4, length: 0.28, angle: 0.75, wind: 0.006, thickness: 1.0 },
         spring: tints(0xa3bf45, 0x93b03c, 0xc0a060),
         summer: tints(0x639438, 0x528331, 0xa3b66c),
         autumn: [srgb(0xe0a51c), srgb(0xd2561b)],
@@ -257,6 +276,7 @@ fn oak() -> Habit {
             crowd: 0.8,
         }),
         evergreen: false,
+        bare: Bare { sides: 6, length: 0.32, angle: 0.95, wind: 0.025, thickness: 1.1 },
         spring: tints(0x9fb248, 0x94a33a, 0xc3c27c),
         summer: tints(0x608936, 0x4e762d, 0xa8b570),
         autumn: [srgb(0xa9691f), srgb(0xb98a2c)],
@@ -288,6 +308,7 @@ fn pine() -> Habit {
         cards: Cards::Around(3),
         frond: Frond::Needles { fascicles: 120, length: 0.26 },
         evergreen: true,
+        bare: Bare { sides: 0, length: 0.0, angle: 0.0, wind: 0.0, thickness: 1.0 },
         spring: tints(0x86a55e, 0x6f9253, 0x8d7a54),
         summer: tints(0x7a9858, 0x65884f, 0x8d7a54),
         autumn: [srgb(0x9a8a3c), srgb(0x8a7a38)],
@@ -319,6 +340,7 @@ fn tulip() -> Habit {
         cards: Cards::Along { leaves: 7, length: 0.21, angle: 1.0 },
         frond: Frond::Leaf { form: Form::Tulip, petiole: 0.34 },
         evergreen: false,
+        bare: Bare { sides: 3, length: 0.25, angle: 0.8, wind: 0.006, thickness: 1.1 },
         spring: tints(0xa8c552, 0x98b848, 0xc6d287),
         summer: tints(0x72a041, 0x608f38, 0xb0c374),
         autumn: [srgb(0xe2b62a), srgb(0xcf9a22)],
@@ -350,6 +372,7 @@ fn walnut() -> Habit {
         cards: Cards::Along { leaves: 5, length: 0.36, angle: 0.95 },
         frond: Frond::Pinnate { form: Form::Leaflet, pairs: 3 },
         evergreen: false,
+        bare: Bare { sides: 2, length: 0.25, angle: 0.75, wind: 0.006, thickness: 1.5 },
         spring: tints(0xa09a4a, 0xa8783f, 0xb9a36a),
         summer: tints(0x6f9a40, 0x5e8837, 0xb2c079),
         autumn: [srgb(0xc9a42e), srgb(0xa8842c)],
@@ -388,6 +411,7 @@ fn willow() -> Habit {
             crowd: 0.0,
         }),
         evergreen: false,
+        bare: Bare { sides: 5, length: 0.35, angle: 0.4, wind: 0.01, thickness: 0.6 },
         spring: tints(0xacc25a, 0x9db54e, 0xcfd491),
         summer: tints(0x88a955, 0x749849, 0xbbca89),
         autumn: [srgb(0xd0b93c), srgb(0xbda638)],

@@ -1,5 +1,6 @@
 //! Dressing a tree: leaves on its shoots, and what leaves and bark are made of.
 
+mod bare;
 mod blade;
 mod habit;
 mod shoots;
@@ -33,12 +34,14 @@ pub struct Wardrobe {
     look: Look,
     habit: Habit,
     bark: Material,
-    /// None where there are no leaves.
-    leaves: Option<Leaves>,
+    /// None where wood alone is looked at.
+    shoots: Option<Shoots>,
 }
 
+/// What the shoots of a species look like.
 #[derive(Debug)]
-struct Leaves {
+struct Shoots {
+    /// The leaves; none on bare twigs.
     cards: Vec<Card>,
     noise: Noise,
     material: Material,
@@ -63,10 +66,12 @@ impl Wardrobe {
     pub fn new(species: &str, look: &Look) -> Result<Self, LookError> {
         look.validate()?;
         let habit = habit(look.species.as_deref().unwrap_or(species));
-        let bare = !look.leaves || habit.hanging(look.season) <= 0.0;
         let bark = bark_material(&habit, look);
-        let leaves = (!bare).then(|| Leaves::new(&habit, look));
-        Ok(Self { species: species.to_owned(), look: look.clone(), habit, bark, leaves })
+        let shoots = look.leaves.then(|| match habit.hanging(look.season) {
+            0.0 => Shoots::bare(&habit, look),
+            _ => Shoots::leafy(&habit, look),
+        });
+        Ok(Self { species: species.to_owned(), look: look.clone(), habit, bark, shoots })
     }
 
     /// Is it for this species and look? The level of detail does not matter.
@@ -85,12 +90,12 @@ impl Wardrobe {
     /// [`Foliage`] is one kind of shoot with all its leaves, and its `leaves` are where such shoots
     /// stand: on the internodes next to the tips, in the species' phyllotaxis. What is drawn for a
     /// shoot is keyed by the tree's seed and the lineage of its node, so that pruning elsewhere
-    /// changes none. There is no foliage where the look wants none, and none in winter but of
-    /// evergreens.
+    /// changes none. In winter the shoots of all but evergreens are bare twigs. There is no foliage
+    /// where the look wants none.
     #[must_use]
     pub fn dress(&self, tree: &BranchGraph, wood: Mesh, lod: u8) -> Dressed {
         let look = Look { lod, ..self.look.clone() };
-        let foliage = self.leaves.as_ref().map(|leaves| leaves.foliage(tree, &self.habit, &look));
+        let foliage = self.shoots.as_ref().map(|shoots| shoots.foliage(tree, &self.habit, &look));
         Dressed { wood, bark: self.bark.clone(), foliage: foliage.unwrap_or_default() }
     }
 }
@@ -110,8 +115,24 @@ fn bark_material(habit: &Habit, look: &Look) -> Material {
     }
 }
 
-impl Leaves {
-    fn new(habit: &Habit, look: &Look) -> Self {
+impl Shoots {
+    fn bare(habit: &Habit, look: &Look) -> Self {
+        let [red, green, blue] = habit.twig;
+        let material = Material {
+            name: format!("{} twigs", habit.species),
+            color: [red, green, blue, 1.0],
+            color_image: None,
+            normal_image: None,
+            roughness: 0.8,
+            roughness_image: None,
+            translucency: 0.0,
+            alpha_cutoff: None,
+            double_sided: false,
+        };
+        Self { cards: Vec::new(), noise: Noise::new(look.seed, 2), material }
+    }
+
+    fn leafy(habit: &Habit, look: &Look) -> Self {
         let noise = Noise::new(look.seed, 2);
         let cards = cards(habit.frond, noise);
         let canvas = leaf::paint(look.texture_size, &cards, &ink(habit, look), noise.other(7));
@@ -133,8 +154,14 @@ impl Leaves {
         let kind = |(kind, leaves): (usize, Vec<Leaf>)| {
             // Each kind shows every other card.
             let own: Vec<&Card> = self.cards.iter().skip(kind).step_by(KINDS).collect();
-            let blade = blade::blade(habit, &own, self.noise.other(20 + kind as u32), look.lod > 0);
-            Foliage { blade, leaves, material: self.material.clone() }
+            let (noise, coarse) = (self.noise.other(20 + kind as u32), look.lod > 0);
+            let woody = own.is_empty();
+            let blade = if woody {
+                bare::blade(habit, noise, coarse)
+            } else {
+                blade::blade(habit, &own, noise, coarse)
+            };
+            Foliage { blade, leaves, material: self.material.clone(), woody }
         };
         let kinds = shoots(tree, habit, look).into_iter().enumerate();
         kinds.filter(|(_, leaves)| !leaves.is_empty()).map(kind).collect()

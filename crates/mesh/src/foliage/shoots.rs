@@ -142,7 +142,8 @@ fn on_internode(
     }
 }
 
-/// One shoot, unless it has lost its leaves.
+/// One shoot, unless it has lost its leaves in a season in which others have theirs: then it is not
+/// looked at.
 fn shoot(
     (node, patch): (NodeId, usize),
     foot: Vec3,
@@ -157,7 +158,9 @@ fn shoot(
     let sway = Vec3::new(draw() - 0.5, draw() - 0.5, draw() - 0.5);
     let (detail, fallen, dead, kind) = (draw(), draw(), draw(), draw());
     let alive = 1.0 - 0.75 * (1.0 - look.health);
-    if fallen >= habit.hanging(look.season) || dead >= alive {
+    let hanging = habit.hanging(look.season);
+    let bare = hanging > 0.0 && fallen >= hanging;
+    if bare || dead >= alive {
         return None;
     }
     let along = (along + Vec3::Y * habit.light + sway * 0.35).try_normalize()?;
