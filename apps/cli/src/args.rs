@@ -172,9 +172,14 @@ pub(crate) struct Which {
 
 #[derive(clap::Args)]
 pub(crate) struct Generate {
-    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow.
-    #[arg(required_unless_present = "blend", conflicts_with = "blend")]
+    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow. With a
+    /// stand, that of the trees whose rows name none.
+    #[arg(required_unless_present_any = ["blend", "stand"], conflicts_with = "blend")]
     pub(crate) species: Option<String>,
+    /// Trees that grow together and crowd each other: a table (.csv) with x, z, species, seed and,
+    /// where it is not that of the others, age of each in a row. They are written at their places.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["seed", "count", "form", "blend"])]
+    pub(crate) stand: Option<PathBuf>,
     /// A species between species, with the weight of each, such as oak:0.7,willow:0.3. It is an
     /// interpolation of what the networks learned of them: nothing of the kind was ever grown, and
     /// nothing says how such a tree should look.
@@ -236,11 +241,12 @@ pub(crate) struct Place {
 
 #[derive(clap::Args)]
 pub(crate) struct Grow {
-    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow.
-    #[arg(required_unless_present = "stand", conflicts_with = "stand")]
+    /// Name of the species: beech, corkscrew, maple, oak, pine, tulip, walnut or willow. With a
+    /// stand, that of the trees whose rows name none.
+    #[arg(required_unless_present = "stand")]
     pub(crate) species: Option<String>,
-    /// Trees that grow together and crowd each other: a table (.csv) with x, z, species and seed of
-    /// each in a row. They are written at their places.
+    /// Trees that grow together and crowd each other: a table (.csv) with x, z, species, seed and,
+    /// where it is not that of the others, age of each in a row. They are written at their places.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["seed", "count", "form"])]
     pub(crate) stand: Option<PathBuf>,
     #[command(flatten)]
@@ -334,6 +340,10 @@ pub(crate) struct Dataset {
     /// near it.
     #[arg(long, value_name = "N", conflicts_with = "trees", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) scenes: Option<u32>,
+    /// Grow this many stands instead, of trees of all these species that crowd each other, and each
+    /// of their trees by itself, too: for `train --only competition`.
+    #[arg(long, value_name = "N", conflicts_with_all = ["trees", "scenes", "form", "ages", "gravitropisms", "scans"], value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) stands: Option<u32>,
     /// Keep the trees within these forms, separated by commas: cone, cube, ring. There are --trees
     /// of each species in each form; their numbers take turns.
     #[arg(long, value_name = "LIST")]
@@ -370,13 +380,6 @@ pub(crate) struct Train {
     /// compares its recipe with.
     #[arg(long, default_value = "situated", value_parser = ["situated", "paper", "joint"])]
     pub(crate) kind: String,
-    /// points: keep the networks of --model and train those that hear of the points around a node,
-    /// on the scans of the corpora.
-    #[arg(long, value_parser = ["points"])]
-    pub(crate) with: Option<String>,
-    /// The model that is to hear of points: situated, or a .safetensors file.
-    #[arg(long, default_value = "situated", value_name = "NAME|FILE", requires = "with")]
-    pub(crate) model: PathBuf,
     /// Train on these species of the corpus only, separated by commas, or all.
     #[arg(long, default_value = "all")]
     pub(crate) species: String,
@@ -399,6 +402,14 @@ pub(crate) struct Train {
     /// Use only the first N training trees of each species of a corpus.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) trees: Option<u32>,
+    /// Train these networks only, separated by commas, and keep the others of --model: for a change
+    /// that no other network learns anything of.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', requires = "model")]
+    pub(crate) only: Vec<String>,
+    /// The model that --only keeps networks of, with its .toml beside it; made of the same corpora
+    /// with the same options.
+    #[arg(long, value_name = "FILE", requires = "only")]
+    pub(crate) model: Option<PathBuf>,
     /// Networks that train side by side, one thread each [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) workers: Option<u16>,

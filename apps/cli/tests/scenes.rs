@@ -6,7 +6,7 @@ mod common;
 use std::path::Path;
 
 use common::Desk;
-use deeptree_dataset::{Corpus, Split};
+use deeptree_dataset::{Corpus, Split, Stands};
 use deeptree_graph::{Seed, TreeInfo, Vec3, codec::csv};
 use deeptree_scene::{Scene, Volume};
 
@@ -86,6 +86,64 @@ fn trees_of_a_stand_grow_at_their_places() {
 }
 
 #[test]
+fn trees_of_the_networks_crowd_each_other_at_their_places() {
+    let desk = Desk::new();
+    write(&desk, "plan.csv", "x,z,species,seed\n0,0,,1\n4,0,tulip,2,12\n900,0,,3\n");
+    let stand = ["generate", "maple", "--stand", "plan.csv", "--age", "20"];
+    desk.ok(&[&stand[..], &["-o", "stand.csv"]].concat());
+    let trees = nodes(&desk, "stand.csv");
+    assert_eq!(trees.len(), 3);
+    assert!(trees[0][0].distance(Vec3::Y) < 0.1);
+    assert!(trees[1][0].distance(Vec3::new(4.0, 1.0, 0.0)) < 0.1);
+    // The third is out of reach: the tree that its seed is by itself.
+    desk.ok(&["generate", "maple", "--seed", "3", "--age", "20", "-o", "alone.csv"]);
+    let alone = &nodes(&desk, "alone.csv")[0];
+    assert_eq!(trees[2].len(), alone.len());
+    let moved = |p: &Vec3| *p + Vec3::new(900.0, 0.0, 0.0);
+    assert!(trees[2].iter().zip(alone).all(|(a, b)| a.distance(moved(b)) < 1e-3));
+    desk.ok(&["generate", "maple", "--seed", "1", "--age", "20", "-o", "first.csv"]);
+    assert!(trees[0].len() < nodes(&desk, "first.csv")[0].len(), "the tulip takes no room");
+    // Nor threads nor batches nor the order of the rows.
+    let other = ["--threads", "1", "--batch", "9", "-o", "again.csv"];
+    desk.ok(&[&stand[..], &other].concat());
+    assert!(desk.read("again.csv") == desk.read("stand.csv"));
+    write(&desk, "plan.csv", "900,0,,3\n4,0,tulip,2,12\n0,0,,1\n");
+    desk.ok(&[&stand[..], &["-o", "back.csv"]].concat());
+    let back: Vec<_> = nodes(&desk, "back.csv").into_iter().rev().collect();
+    assert!(back == trees);
+    desk.ok(&[&stand[..], &["-o", "folder"]].concat());
+    assert!(desk.path("folder/maple-1.glb").exists() && desk.path("folder/tulip-2.glb").exists());
+
+    let with = |more: &[&str]| {
+        ["generate", "--stand", "plan.csv"].iter().chain(more).copied().collect::<Vec<_>>()
+    };
+    let fails = |more: &[&str], code, part| desk.fails(&with(more), code, part);
+    fails(&["-o", "a.csv"], FAILED, "line 1: it names no species");
+    fails(&["maple", "-o", "trees", "--format", "dtree"], USAGE, "a .dtree holds a tree by itself");
+    fails(&["maple", "-o", "a.glb"], USAGE, "do not fit into one .glb file");
+    fails(&["maple", "--count", "2", "-o", "a.csv"], USAGE, "cannot be used with");
+    fails(&["maple", "--age", "90", "-o", "a.csv"], USAGE, "not 90");
+    fails(&["elm", "-o", "a.csv"], USAGE, "elm");
+}
+
+#[test]
+fn corpora_of_stands_grow_from_the_command_line() {
+    let desk = Desk::new();
+    let words = ["dataset", "--species", "maple,tulip", "--stands", "2", "--seed", "7"];
+    assert!(desk.ok(&[&words[..], &["-o", "stands"]].concat()).contains("2 stands of"));
+    let corpus = Stands::open(&desk.path("stands")).unwrap();
+    let stands = corpus.stands(true).unwrap();
+    for tree in stands.iter().flatten() {
+        let traits = tree.alone.traits();
+        assert!(traits.nodes >= 1.0 && traits.is_sound());
+        assert_eq!(tree.tree.info.age, tree.plant.age.unwrap_or(tree.tree.info.age));
+    }
+    let other = ["dataset", "--species", "maple", "--stands", "2", "-o", "stands"];
+    desk.fails(&other, FAILED, "another corpus");
+    desk.fails(&[&words[..], &["--trees", "3", "-o", "x"]].concat(), USAGE, "cannot be used with");
+}
+
+#[test]
 fn corpora_hold_the_scene_or_form_of_each_tree() {
     let desk = Desk::new();
     let common = ["dataset", "--species", "maple", "--ages", "8..12"];
@@ -152,11 +210,11 @@ fn scenes_and_plans_that_cannot_be_are_told_in_one_line() {
     desk.fails(&["grow", "--stand", "plan.csv", "-o", "a.csv"], USAGE, "did you mean oak?");
     write(&desk, "plan.csv", "0,0,oak,1\n9,0,oak,1\n");
     desk.fails(&["grow", "--stand", "plan.csv", "-o", "trees"], USAGE, "have the seed 1");
-    desk.fails(
-        &["grow", "oak", "--stand", "plan.csv", "-o", "a.csv"],
-        USAGE,
-        "cannot be used with",
-    );
+    let many: String = (0..10_000).map(|i| format!("{i},0,oak,{i}\n")).collect();
+    write(&desk, "plan.csv", &many);
+    for verb in ["grow", "generate"] {
+        desk.fails(&[verb, "--stand", "plan.csv", "-o", "a.csv"], FAILED, "more than 2000 rows");
+    }
     desk.fails(&["grow", "oak", "--form", "ball", "-o", "a.csv"], USAGE, "no form `ball`");
     desk.fails(&["grow", "oak", "--form", "ball.obj", "-o", "a.csv"], FAILED, "ball.obj");
 }

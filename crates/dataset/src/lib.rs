@@ -13,6 +13,8 @@
 //! own, and keep each within a form. What stood around a tree is stored with it, in the metadata of
 //! its shard.
 //!
+//! [`build_stands`] makes a corpus of another kind: trees that have grown together.
+//!
 //! [`build_scans`] adds a simulated scan of each tree. Scans are no part of what a corpus is: they can
 //! be made again from its trees.
 
@@ -24,6 +26,7 @@ mod plan;
 mod priors;
 mod scans;
 mod shard;
+mod stands;
 
 pub use builder::{BuildError, BuildReport, Progress, build};
 pub use corpus::{Corpus, CorpusError, Trees};
@@ -31,3 +34,6 @@ pub use plan::{CorpusPlan, PLAN_FILE, PlanError, Split};
 pub use priors::{Priors, Span, SpansError};
 pub use scans::{CorpusScan, ScanError, build_scans};
 pub use shard::{CorpusTree, ShardError};
+pub use stands::{
+    Alone, Plant, STANDS_FILE, StandTree, Stands, StandsError, StandsPlan, build_stands,
+};

@@ -47,20 +47,37 @@ impl Capsule {
 #[must_use]
 pub fn intersections(tree: &BranchGraph) -> u64 {
     let capsules: Vec<Capsule> = tree.nodes().iter().map(Capsule::of).collect();
+    count(&capsules, |a, b| {
+        let (parent, other_parent) = (tree.node(a).parent, tree.node(b).parent);
+        parent != Some(b) && other_parent != Some(a) && parent != other_parent
+    })
+}
+
+/// How many pairs of internodes of different trees share space: as [`intersections`], of trees that
+/// stand at their places.
+#[must_use]
+pub fn intersections_between(trees: &[BranchGraph]) -> u64 {
+    let of = |(number, tree): (usize, &BranchGraph)| vec![number; tree.len()];
+    let owners: Vec<usize> = trees.iter().enumerate().flat_map(of).collect();
+    let capsules: Vec<Capsule> =
+        trees.iter().flat_map(|tree| tree.nodes().iter().map(Capsule::of)).collect();
+    count(&capsules, |a, b| owners[a as usize] != owners[b as usize])
+}
+
+/// The pairs of capsules that share space, of those that count.
+fn count(capsules: &[Capsule], counts: impl Fn(u32, u32) -> bool) -> u64 {
     let mut places: Vec<(Cell, u32)> = Vec::new();
-    for (id, capsule) in (0..).zip(&capsules) {
+    for (id, capsule) in (0..).zip(capsules) {
         places.extend(capsule.cells().map(|cell| (cell, id)));
     }
     places.sort_unstable();
     let mut count = 0;
     for here in places.chunk_by(|a, b| a.0 == b.0) {
         for (i, &(cell, a)) in here.iter().enumerate() {
-            let (capsule, parent) = (&capsules[a as usize], tree.node(a).parent);
+            let capsule = &capsules[a as usize];
             for &(_, b) in &here[i + 1..] {
-                let (other, other_parent) = (&capsules[b as usize], tree.node(b).parent);
-                let are_kin =
-                    parent == Some(b) || other_parent == Some(a) || parent == other_parent;
-                let is_new = !are_kin && capsule.meet_first_in(other, cell);
+                let other = &capsules[b as usize];
+                let is_new = counts(a, b) && capsule.meet_first_in(other, cell);
                 count += u64::from(is_new && capsule.meets(other));
             }
         }
@@ -149,6 +166,14 @@ mod tests {
             tree.grow(id, [Some(child), None, None]);
         }
         assert_eq!(intersections(&tree), 3 + 6);
+    }
+
+    #[test]
+    fn only_internodes_of_different_trees_count_between_trees() {
+        let post = |x: f32| chain(&[2.0 * Vec3::Y, Vec3::Y], THIN).moved(Vec3::new(x, 0.0, 0.0));
+        // Both internodes of one are within two radii of both of the other; the third is too far.
+        assert_eq!(intersections_between(&[post(0.0), post(0.09), post(0.3)]), 4);
+        assert_eq!(intersections_between(&[loop_behind(0.01, THIN)]), 0);
     }
 
     #[test]

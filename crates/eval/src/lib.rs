@@ -23,7 +23,7 @@ pub mod tree_features;
 #[cfg(feature = "two-sample")]
 pub mod two_sample;
 
-pub use intersections::intersections;
+pub use intersections::{intersections, intersections_between};
 pub use metrics::{METRICS, Metric, Moments, TreeMetrics};
 pub use set::{ORDERS, Slice, TreeRecord, TreeSet};
 pub use table::{Row, Table, mean_and_sd};

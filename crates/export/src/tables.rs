@@ -35,5 +35,8 @@ pub const MODEL_KEY: &str = "deeptree.model";
 /// Key of what stood around a tree in the metadata of the file, up to the tree's number.
 pub const ENVIRONMENT_KEY: &str = "deeptree.environment.";
 
+/// Key in the file's metadata, followed by the number of a tree, of the stand it has grown in.
+pub const STAND_KEY: &str = "deeptree.stand.";
+
 #[cfg(test)]
 mod tests;

@@ -3,7 +3,7 @@
 use deeptree_graph::signature::TreeConditions;
 use deeptree_graph::{
     Balance, BranchGraph, ChildSignature, Lineage, MAX_CHILDREN, Neighbourhood, NodeId, Plan,
-    Pruned, Room, Seed, Sense, Surround, plans,
+    Pruned, Room, Seed, Sense, Surround, Vec3, plans,
 };
 use deeptree_infer::{Active, Branchlet, Former, Predictor, Settled, Workspace};
 use deeptree_scene::Site;
@@ -127,6 +127,11 @@ impl<'a> Growing<'a> {
         let reach = |id: NodeId| self.heritage[id as usize].plan.reach;
         self.balance.add_level(&self.tree, &self.level, self.conditions.tip_radius, reach);
         !self.level.is_empty()
+    }
+
+    /// Where the nodes of the level are.
+    pub(crate) fn level(&self) -> impl Iterator<Item = Vec3> + '_ {
+        self.level.iter().map(|&id| self.tree.node(id).position)
     }
 
     /// Asks the nodes of the level for their children.

@@ -13,6 +13,7 @@ mod algebra;
 mod density;
 mod growing;
 mod regrow;
+mod stand;
 mod state;
 mod wish;
 
@@ -27,6 +28,7 @@ use aim::Aim;
 pub use growing::Avoided;
 use growing::{Growing, Grown};
 pub use regrow::{RegrowError, Regrown, regrow, regrow_in};
+pub use stand::{Planted, StandError, generate_stand};
 pub use wish::Wishes;
 
 /// Nodes a tree may have unless another budget is asked for.
@@ -199,6 +201,18 @@ pub fn germ_in(
     Ok(germ)
 }
 
+/// As [`germ_in`] where something stands around, as [`germ`] in the open field.
+fn germ_in_or_open(
+    model: &impl Predictor,
+    request: &Request,
+    site: Option<&Site>,
+) -> Result<Germ, GenerateError> {
+    match site {
+        Some(site) => germ_in(model, request, site),
+        None => germ(model, request),
+    }
+}
+
 fn at(age: Option<f32>) -> String {
     age.map_or(String::new(), |age| format!(", at age {age},"))
 }
@@ -273,6 +287,22 @@ pub fn regenerate_in(
     limits: Limits,
     work: &mut Workspace,
 ) -> Result<Generated, GenerateError> {
+    let mut growing = sprout(model, &germ, site, limits)?;
+    let mut neighbourhood = Neighbourhood::of_a_tree();
+    while growing.enter_level(&mut neighbourhood) {
+        growing.grow_level(model, &neighbourhood, limits, work)?;
+    }
+    let Grown { tree, hit_budget, avoided, .. } = growing.finish();
+    Ok(Generated { tree, germ, hit_budget, avoided })
+}
+
+/// What the tree of a germ is before it grows: its root alone.
+fn sprout<'a>(
+    model: &impl Predictor,
+    germ: &Germ,
+    site: Option<&'a Site>,
+    limits: Limits,
+) -> Result<Growing<'a>, GenerateError> {
     let Some(name) = model.species().get(germ.species) else {
         return Err(GenerateError::UnknownSpecies {
             name: format!("number {}", germ.species),
@@ -299,13 +329,7 @@ pub fn regenerate_in(
         traits: germ.root.traits,
     };
     let tree = BranchGraph::new(info, Vec3::ZERO, germ.root.signature);
-    let mut growing = Growing::new(tree, conditions, germ.seed, site);
-    let mut neighbourhood = Neighbourhood::of_a_tree();
-    while growing.enter_level(&mut neighbourhood) {
-        growing.grow_level(model, &neighbourhood, limits, work)?;
-    }
-    let Grown { tree, hit_budget, avoided, .. } = growing.finish();
-    Ok(Generated { tree, germ, hit_budget, avoided })
+    Ok(Growing::new(tree, conditions, germ.seed, site))
 }
 
 /// Refuses roots that no tree starts from, as damaged files can hold.

@@ -38,6 +38,8 @@ pub enum Purpose {
     Priors = 10,
     /// The obstacles of a random scene.
     Scenery = 11,
+    /// The plan of a random stand.
+    Planting = 12,
     /// Which root signature a generated tree starts from.
     RootSignature = 32,
     /// Which children a node has.

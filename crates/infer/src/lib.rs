@@ -12,6 +12,7 @@
 
 #![forbid(unsafe_code)]
 
+mod competition;
 mod kernels;
 mod mlp;
 mod outlook;
@@ -19,6 +20,7 @@ mod points;
 mod predictor;
 mod weights;
 
+pub use competition::Competition;
 pub use kernels::{SimdPath, UnknownPath};
 pub use mlp::{Dense, Mlp, MlpError, Scratch};
 pub use outlook::{Code, Expectation, Outlook};

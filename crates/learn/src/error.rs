@@ -70,4 +70,6 @@ pub enum TrainError {
     Model(#[from] deeptree_infer::ReadWeightsError),
     #[error("the settings or the report cannot be written as TOML")]
     Toml(#[from] toml::ser::Error),
+    #[error("the file beside the model does not tell how it was trained")]
+    Report(#[source] toml::de::Error),
 }

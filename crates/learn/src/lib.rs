@@ -7,6 +7,7 @@
 //! |---|---|---|
 //! | [`Kind::Situated`] | `existence`, `split`, `reach`, `size`, `rotation1` … `rotation3` | the factors of p(children \| node) by the chain rule, each a distribution |
 //! | | `outlook` | what an environment makes of a tree as a whole; where some trees have grown in one |
+//! | | `competition` | what the trees around make of a tree, from stands: [`train_competition`] |
 //! | [`Kind::Joint`] | `joint` | the same from one network, which the paper compares its own with |
 //! | [`Kind::Paper`] | `classifier`, `regressor1` … `regressor3` | as published: which children exist, and their mean signatures |
 //!
@@ -22,6 +23,7 @@
 
 mod adam;
 mod checkpoint;
+mod competition;
 mod course;
 mod device;
 mod error;
@@ -40,6 +42,7 @@ mod tables;
 mod tasks;
 mod training;
 
+pub use competition::{Rivalries, Rivalry, train_competition};
 pub use device::Processor;
 pub use error::TrainError;
 pub use model::{TrainedModel, train, train_points};

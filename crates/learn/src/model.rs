@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use burn::tensor::Device;
-use deeptree_graph::{BranchGraph, Seed};
+use deeptree_graph::Seed;
 use deeptree_infer::{Model, ReadWeightsError, Table, Weights, WeightsBuilder};
 
 use crate::checkpoint;
@@ -81,7 +81,7 @@ pub fn train(
 }
 
 /// Trains networks that hear of points, for a model of kind `situated`, which stays as it is; the
-/// result is that model with them.
+/// result is that model with them, and its report with theirs.
 ///
 /// The trees are best other ones than those that the model was trained on: the networks are told of
 /// trees that the model knows. See [`train`] on checkpoints.
@@ -93,11 +93,11 @@ pub fn train(
 pub fn train_points(
     set: &TrainingSet,
     scans: &Scans,
-    base: &Weights,
+    (base, report): (&Weights, &Report),
     options: &TrainOptions,
     checkpoints: &Path,
     progress: &dyn TrainProgress,
-) -> Result<TrainedModel, TrainError> {
+) -> Result<(Vec<u8>, Report), TrainError> {
     options.validate()?;
     set.check()?;
     scans.check(set)?;
@@ -125,11 +125,15 @@ pub fn train_points(
         model.table(name, table.clone());
     }
     let weights = model.to_bytes()?;
-    Model::from_bytes(&weights)?;
-    let networks = [(own.name.to_owned(), own.report)].into();
-    let nodes = set.train.iter().map(BranchGraph::len).sum();
-    let report = report(set, data_hash, nodes, options, networks, &weights)?;
-    Ok(TrainedModel { weights, report })
+    let mut report = report.clone();
+    report.seconds += own.report.seconds;
+    let data_hash = Some(set.data_hash.clone());
+    report.networks.insert(own.name.into(), NetworkReport { data_hash, ..own.report });
+    // What is written must be what inference reads.
+    report.weight_count = Model::from_bytes(&weights)?.weight_count();
+    (report.bytes, report.sha256) =
+        (weights.len(), hexadecimal(Weights::from_bytes(&weights)?.sha256()));
+    Ok((weights, report))
 }
 
 struct Run<'a> {
@@ -177,6 +181,7 @@ impl Finished {
             steps: trained.steps,
             seconds: trained.seconds,
             samples_per_second: trained.steps as f64 * batch / trained.seconds.max(1e-9),
+            data_hash: None,
             total: course.figures(&total(&trained.tallies)),
             species: named.map(|(name, tally)| (name, course.figures(tally))).collect(),
         };
@@ -263,33 +268,23 @@ impl Run<'_> {
     }
 
     fn report(&self, networks: &[Finished], weights: &[u8]) -> Result<Report, ReadWeightsError> {
-        let networks = networks.iter().map(|one| (one.name.into(), one.report.clone())).collect();
-        let (hash, nodes) = (self.set.data_hash.clone(), self.train.corpus.nodes());
-        report(self.set, hash, nodes, self.options, networks, weights)
+        let hash = Weights::from_bytes(weights)?.sha256();
+        let reports: BTreeMap<_, _> =
+            networks.iter().map(|one| (one.name.into(), one.report.clone())).collect();
+        Ok(Report {
+            data_hash: self.set.data_hash.clone(),
+            species: self.set.species.clone(),
+            training_trees: self.set.train.len(),
+            training_nodes: self.train.corpus.nodes(),
+            validation_trees: self.set.validation.len(),
+            seconds: reports.values().map(|one| one.seconds).sum(),
+            weight_count: reports.values().map(|one| one.weight_count).sum(),
+            bytes: weights.len(),
+            sha256: hash.iter().map(|byte| format!("{byte:02x}")).collect(),
+            options: self.options.clone(),
+            networks: reports,
+        })
     }
-}
-
-fn report(
-    set: &TrainingSet,
-    data_hash: String,
-    training_nodes: usize,
-    options: &TrainOptions,
-    networks: BTreeMap<String, NetworkReport>,
-    weights: &[u8],
-) -> Result<Report, ReadWeightsError> {
-    Ok(Report {
-        data_hash,
-        species: set.species.clone(),
-        training_trees: set.train.len(),
-        training_nodes,
-        validation_trees: set.validation.len(),
-        seconds: networks.values().map(|one| one.seconds).sum(),
-        weight_count: networks.values().map(|one| one.weight_count).sum(),
-        bytes: weights.len(),
-        sha256: hexadecimal(Weights::from_bytes(weights)?.sha256()),
-        options: options.clone(),
-        networks,
-    })
 }
 
 fn hexadecimal(bytes: [u8; 32]) -> String {

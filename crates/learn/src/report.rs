@@ -45,6 +45,15 @@ impl Report {
     pub fn to_toml(&self) -> Result<String, TrainError> {
         Ok(toml::to_string(self)?)
     }
+
+    /// Reads the text of such a file.
+    ///
+    /// # Errors
+    ///
+    /// [`TrainError::Report`], when it is none.
+    pub fn from_toml(text: &str) -> Result<Self, TrainError> {
+        toml::from_str(text).map_err(TrainError::Report)
+    }
 }
 
 /// How one network was trained, and its figures.
@@ -62,6 +71,9 @@ pub struct NetworkReport {
     pub seconds: f64,
     /// Training samples a second.
     pub samples_per_second: f64,
+    /// What it was trained on, where that is not what the model was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub data_hash: Option<String>,
     /// Figures of all validation trees.
     pub total: Figures,
     /// Figures by species.
@@ -83,6 +95,7 @@ pub struct NetworkReport {
 /// | `mse` | classifier, regressor, joint | mean squared error; of thickness and length in m², but for the classifier |
 /// | `mse`, `mse_open` | outlook | mean squared error of all outputs, of trees in environments and in the open field; states in deviations of the species, offsets over 4 m |
 /// | `mse_<output>`, `r2_<output>` | outlook | of trees in environments: mean squared error, and what part of the variance is foreseen |
+/// | `mse_<state>`, `r2_<state>` | competition | mean squared error of the shift in its deviations, and what part of its variance is foreseen |
 /// | `existence_mse` | joint | mean squared error of the probabilities of children |
 /// | `cosine_distance` | regressor, joint | mean 1 − cos of the quaternions |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -36,8 +36,8 @@ fn scans(set: &TrainingSet) -> Scans {
 }
 
 /// A model that knows a little of the trees.
-fn base() -> &'static Weights {
-    static BASE: OnceLock<Weights> = OnceLock::new();
+fn base() -> &'static (Weights, Report) {
+    static BASE: OnceLock<(Weights, Report)> = OnceLock::new();
     BASE.get_or_init(|| {
         let names = ["existence", "split", "reach", "size", "rotation1", "rotation2", "rotation3"];
         let own = |name: &str| {
@@ -58,8 +58,12 @@ fn base() -> &'static Weights {
         };
         let folder = tempfile::tempdir().unwrap();
         let trained = train(&synthetic::set(40), &options, folder.path(), &Silent).unwrap();
-        Weights::from_bytes(&trained.weights).unwrap()
+        (Weights::from_bytes(&trained.weights).unwrap(), trained.report)
     })
+}
+
+fn borrowed((weights, report): &(Weights, Report)) -> (&Weights, &Report) {
+    (weights, report)
 }
 
 fn options(epochs: u32, steps: u64) -> TrainOptions {
@@ -71,11 +75,11 @@ fn options(epochs: u32, steps: u64) -> TrainOptions {
     }
 }
 
-fn hearing() -> &'static TrainedModel {
-    static TRAINED: OnceLock<TrainedModel> = OnceLock::new();
+fn hearing() -> &'static (Vec<u8>, Report) {
+    static TRAINED: OnceLock<(Vec<u8>, Report)> = OnceLock::new();
     TRAINED.get_or_init(|| {
         let (set, folder) = (synthetic::set(24), tempfile::tempdir().unwrap());
-        train_points(&set, &scans(&set), base(), &options(2, 100), folder.path(), &Silent).unwrap()
+        train_points(&set, &scans(&set), borrowed(base()), &options(2, 100), folder.path(), &Silent).unwrap()
     })
 }
 
@@ -121,7 +125,7 @@ fn branchlets(
 
 #[test]
 fn points_make_trees_that_are_known_by_a_scan_likelier() {
-    let said = &hearing().report.networks["points"].total.values;
+    let said = &hearing().1.networks["points"].total.values;
     for law in ["existence", "rotation1"] {
         let (with, without) = (said[law], said[&format!("{law}_without")]);
         assert!(with < without - 0.02, "{law}: {with} with points, {without} without");
@@ -131,7 +135,7 @@ fn points_make_trees_that_are_known_by_a_scan_likelier() {
 #[test]
 fn without_a_cloud_a_model_that_hears_says_what_it_said_before() {
     let (deaf, hears) =
-        (Model::from_weights(base()).unwrap(), Model::from_bytes(&hearing().weights).unwrap());
+        (Model::from_weights(&base().0).unwrap(), Model::from_bytes(&hearing().0).unwrap());
     assert!(hears.hears_points() && !deaf.hears_points());
     let own = hears.weight_count() - deaf.weight_count();
     assert!(4 * own <= 24_000, "{own} weights");
@@ -151,7 +155,7 @@ fn without_a_cloud_a_model_that_hears_says_what_it_said_before() {
 
 #[test]
 fn neither_batches_nor_instructions_nor_the_order_of_points_change_a_bit() {
-    let model = Model::from_bytes(&hearing().weights).unwrap();
+    let model = Model::from_bytes(&hearing().0).unwrap();
     let tree = &synthetic::set(2).validation[0];
     let mut points = scan(tree).points;
     let cloud = CloudIndex::new(&points);
@@ -166,7 +170,7 @@ fn neither_batches_nor_instructions_nor_the_order_of_points_change_a_bit() {
 
 #[test]
 fn a_tree_turned_about_the_vertical_with_its_cloud_has_the_same_children() {
-    let model = Model::from_bytes(&hearing().weights).unwrap();
+    let model = Model::from_bytes(&hearing().0).unwrap();
     let tree = &synthetic::set(2).validation[0];
     let turn = Quat::from_rotation_y(1.0);
     let turned = {
@@ -206,12 +210,12 @@ fn a_run_that_goes_on_from_a_checkpoint_ends_with_the_same_bits() {
     let scans = scans(&set);
     let run = |folder: &std::path::Path, stop: bool| {
         let progress = Stop(stop);
-        train_points(&set, &scans, base(), &options(2, 3), folder, &progress)
+        train_points(&set, &scans, borrowed(base()), &options(2, 3), folder, &progress)
     };
     assert!(matches!(run(folder.path(), true), Err(TrainError::Stopped { epoch: 1, .. })));
     let resumed = run(folder.path(), false).unwrap();
     let whole = run(tempfile::tempdir().unwrap().path(), false).unwrap();
-    assert!(resumed.weights == whole.weights);
+    assert!(resumed.0 == whole.0);
 }
 
 /// Stops after the first epoch, or not at all.
@@ -229,7 +233,7 @@ impl deeptree_learn::TrainProgress for Stop {
 fn scans_that_are_not_of_the_trees_are_refused() {
     let (set, folder) = (synthetic::set(2), tempfile::tempdir().unwrap());
     let refused = |scans: &Scans| {
-        train_points(&set, scans, base(), &options(1, 1), folder.path(), &Silent)
+        train_points(&set, scans, borrowed(base()), &options(1, 1), folder.path(), &Silent)
             .map(drop)
             .unwrap_err()
             .to_string()

@@ -20,8 +20,8 @@ const APART: f32 = 0.45;
 /// Draws whose children end within this of one another mean the same child, in internodes.
 const SAME: f32 = 0.3;
 
-/// The least chance of what is grown.
-const CHANCE: f32 = 0.4;
+/// The least chance of what is grown. Less gives more branches of which more are wrong.
+const CHANCE: f32 = 0.6;
 
 /// A node of what is completed, in the growth space.
 #[derive(Clone, Debug)]
@@ -201,7 +201,7 @@ fn consensus(sprout: &Sprout, nodes: &[Node], branchlets: &[Branchlet]) -> Vec<S
         }
         let Some((votes, child)) = best else { return agreed };
         let chance = sprout.chance * votes / all;
-        if chance < env("CHANCE", CHANCE) || agreed.len() == MAX_CHILDREN {
+        if chance < CHANCE || agreed.len() == MAX_CHILDREN {
             return agreed;
         }
         agreed.push(Sprout { chance, ..child.clone() });
@@ -210,7 +210,7 @@ fn consensus(sprout: &Sprout, nodes: &[Node], branchlets: &[Branchlet]) -> Vec<S
 
 /// Do two children end at the same place?
 fn is_same(a: &Sprout, b: &Sprout) -> bool {
-    a.node.position.distance(b.node.position) < env("SAME", SAME)
+    a.node.position.distance(b.node.position) < SAME
 }
 
 /// Slots and directions of the children of a branchlet.
@@ -260,8 +260,4 @@ fn grown<'a>(
             has_no_roll: false,
         })
     })
-}
-
-fn env(name: &str, or: f32) -> f32 {
-    std::env::var(name).ok().and_then(|x| x.parse().ok()).unwrap_or(or)
 }

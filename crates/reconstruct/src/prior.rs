@@ -115,6 +115,11 @@ impl<'a> Prior<'a> {
         self.cloud = self.model.hears_points().then(|| CloudIndex::new(&points));
     }
 
+    /// Ends it.
+    pub(crate) fn hear_nothing(&mut self) {
+        self.cloud = None;
+    }
+
     /// An internode of the networks, in metres of the cloud.
     pub(crate) fn internode(&self) -> f32 {
         1.0 / self.scale

@@ -1,5 +1,7 @@
 //! `dataset`: a corpus to train on.
 
+mod stands;
+
 use anyhow::Result;
 use deeptree_dataset::{BuildReport, Corpus, CorpusPlan, build, build_scans};
 use deeptree_graph::{BranchGraph, Seed};
@@ -51,6 +53,9 @@ fn check(plan: &CorpusPlan) -> Result<(), UsageError> {
 }
 
 pub(crate) fn run(args: &Args, verb: &args::Dataset) -> Result<()> {
+    if let Some(count) = verb.stands {
+        return stands::run(args, verb, count);
+    }
     let species = presets(&verb.species)?;
     let names = species.iter().map(|species| species.name.clone()).collect();
     let forms: Option<Vec<String>> =

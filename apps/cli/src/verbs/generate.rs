@@ -1,5 +1,7 @@
 //! `generate`: trees from the networks.
 
+mod stand;
+
 use anyhow::{Result, bail};
 use deeptree_generate::{
     GenerateError, Limits, Request, Wishes, clamp_wishes, generate, generate_in, germ,
@@ -26,6 +28,9 @@ pub(crate) fn run(args: &Args, verb: &args::Generate) -> Result<()> {
         }
     };
     verb.model.workspace()?;
+    if let Some(plan) = &verb.stand {
+        return stand::run(args, verb, &model, plan);
+    }
     let species = match &verb.species {
         Some(name) => name,
         // A blend is the only species of its model.
@@ -44,14 +49,7 @@ pub(crate) fn run(args: &Args, verb: &args::Generate) -> Result<()> {
             "a .dtree holds no obstacles and no form; write .csv, .parquet or a mesh".to_owned()
         ));
     }
-    let age = verb.which.age.map(whole_age).transpose()?;
-    let asked = Request {
-        age,
-        gravitropism: verb.which.gravitropism,
-        wishes: wishes(verb),
-        ..Request::new(species, Seed(verb.which.seed))
-    };
-    let asked = if verb.force { within_reach(args, &model, asked)? } else { asked };
+    let asked = asked(args, verb, &model, species, verb.which.seed, verb.which.age)?;
     let request = |seed| Request { seed: Seed(seed), ..asked.clone() };
     // A bad age or gravitropism is told before anything is made.
     germ(&model, &request(verb.which.seed)).map_err(asked_too_much)?;
@@ -66,6 +64,24 @@ pub(crate) fn run(args: &Args, verb: &args::Generate) -> Result<()> {
         || verb.model.workspace(),
         |work, seed| one(&model, &request(seed), site.as_ref(), limits, work),
     )
+}
+
+/// What is asked of one tree.
+fn asked(
+    args: &Args,
+    verb: &args::Generate,
+    model: &Model,
+    species: &str,
+    seed: u64,
+    age: Option<f32>,
+) -> Result<Request> {
+    let asked = Request {
+        age: age.map(whole_age).transpose()?,
+        gravitropism: verb.which.gravitropism,
+        wishes: wishes(verb),
+        ..Request::new(species, Seed(seed))
+    };
+    if verb.force { within_reach(args, model, asked) } else { Ok(asked) }
 }
 
 fn one(

@@ -3,10 +3,9 @@
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use deeptree_graph::Seed;
 use deeptree_growth::{Around, DEFAULT_BUDGET, Parameters, Planted, grow_around, grow_stand_in};
-use deeptree_scene::Environment;
 
 use super::making;
 use crate::args::{self, Args, UsageError};
@@ -17,15 +16,15 @@ use crate::stand;
 
 pub(crate) fn run(args: &Args, verb: &args::Grow) -> Result<()> {
     match (&verb.species, &verb.stand) {
-        (Some(species), _) => trees(args, verb, species),
-        (None, Some(plan)) => stand(args, verb, plan),
+        (_, Some(plan)) => together(args, verb, plan),
+        (Some(species), None) => trees(args, verb, species),
         (None, None) => bail!(UsageError("name a species, or a plan with --stand".to_owned())),
     }
 }
 
 fn trees(args: &Args, verb: &args::Grow, species: &str) -> Result<()> {
     let which = &verb.which;
-    let parameters = parameters(verb, species)?;
+    let parameters = parameters(verb, species, verb.which.age)?;
     let environment = verb.place.load()?;
     let target = target(verb, u64::from(which.count))?;
     let one = |(): &mut (), seed| {
@@ -43,36 +42,21 @@ fn trees(args: &Args, verb: &args::Grow, species: &str) -> Result<()> {
 }
 
 /// Trees that grow together.
-fn stand(args: &Args, verb: &args::Grow, plan: &Path) -> Result<()> {
-    let rows = stand::read(plan)?;
-    let parameters: Vec<Parameters> =
-        rows.iter().map(|row| parameters(verb, &row.species)).collect::<Result<_>>()?;
+fn together(args: &Args, verb: &args::Grow, plan: &Path) -> Result<()> {
+    let rows = stand::read(plan, verb.species.as_deref())?;
+    let numbers: Vec<Parameters> = rows
+        .iter()
+        .map(|row| parameters(verb, &row.species, row.age.or(verb.which.age)))
+        .collect::<Result<_>>()?;
     let target = target(verb, rows.len() as u64)?;
     if target.folder {
-        // There a tree's file is named after its species and seed.
-        let twice = rows.iter().enumerate().find(|(i, row)| {
-            rows[..*i].iter().any(|r| (&r.species, r.seed) == (&row.species, row.seed))
-        });
-        if let Some((_, row)) = twice {
-            bail!(UsageError(format!(
-                "two trees of {} have the seed {}; write a .csv or .parquet table, or change one",
-                row.species, row.seed
-            )));
-        }
+        stand::check_names(&rows)?;
     }
-    let around = verb.place.load()?.scene;
-    let environments: Vec<Environment> = rows
-        .iter()
-        .map(|row| {
-            let scene = around.seen_from(row.at);
-            let scene = scene.with_context(|| format!("the tree at {}, {}", row.at.x, row.at.z))?;
-            Ok(Environment { scene, volume: None })
-        })
-        .collect::<Result<_>>()?;
+    let environments = stand::environments(&rows, &verb.place.load()?.scene)?;
     let surroundings: Vec<Around<'_>> = environments.iter().map(Around::new).collect();
     let planted: Vec<Planted<'_>> = rows
         .iter()
-        .zip(&parameters)
+        .zip(&numbers)
         .map(|(row, parameters)| Planted {
             species: &row.species,
             parameters,
@@ -103,9 +87,9 @@ fn target(verb: &args::Grow, count: u64) -> Result<Target> {
 }
 
 /// The numbers of the species, with what the command line overrides.
-fn parameters(verb: &args::Grow, species: &str) -> Result<Parameters> {
+fn parameters(verb: &args::Grow, species: &str, age: Option<f32>) -> Result<Parameters> {
     let mut parameters = super::preset(species)?.parameters(verb.profile).clone();
-    if let Some(age) = verb.which.age {
+    if let Some(age) = age {
         parameters.age = age;
     }
     if let Some(gravitropism) = verb.which.gravitropism {

@@ -58,7 +58,7 @@ pub(super) fn write(
     took: Duration,
 ) -> Result<()> {
     preview::check(out)?;
-    let mut seen = Seen::default();
+    let mut seen = Seen { together: true, ..Seen::default() };
     let share = took / made.len().max(1) as u32;
     target.write(|take| {
         made.iter_mut().try_for_each(|made| {
@@ -92,6 +92,8 @@ struct Seen {
     nodes: u64,
     branches: u64,
     took: Duration,
+    /// All at once, in the time they took.
+    together: bool,
     hit_budget: Vec<u64>,
     avoided: Option<Avoided>,
     first: Option<Value>,
@@ -139,9 +141,13 @@ impl Seen {
         } else {
             let nodes = self.nodes as f64 / self.trees as f64;
             let branches = self.branches as f64 / self.trees as f64;
+            let time = if self.together {
+                format!("grown together in {:.0} ms", 1e3 * self.took.as_secs_f64())
+            } else {
+                format!("each grown in {milliseconds:.1} ms on one thread")
+            };
             let text = format!(
-                "{} trees of {nodes:.0} nodes in {branches:.0} branches, each grown in \
-                 {milliseconds:.1} ms on one thread → {place}",
+                "{} trees of {nodes:.0} nodes in {branches:.0} branches, {time} → {place}",
                 self.trees
             );
             (text, json!({ "trees": self.trees, "nodes": nodes, "branches": branches }))

@@ -1,5 +1,10 @@
 //! `train`: networks from a corpus.
 
+#[cfg(feature = "train")]
+mod points;
+#[cfg(feature = "train")]
+mod stands;
+
 use anyhow::Result;
 
 use crate::args::{self, Args};
@@ -21,6 +26,7 @@ pub(crate) fn run(args: &Args, verb: &args::Train) -> Result<()> {
 pub(super) mod training {
     use std::collections::BTreeMap;
     use std::fmt::Write as _;
+    use std::fs;
     use std::io::Write;
     use std::path::{Path, PathBuf};
     use std::sync::Mutex;
@@ -28,15 +34,17 @@ pub(super) mod training {
     use anyhow::{Context, Result, bail};
     use deeptree_dataset::{Corpus, CorpusPlan, Split};
     use deeptree_export::write_atomically;
-    use deeptree_graph::{BranchGraph, Vec3};
+    use deeptree_graph::BranchGraph;
     use deeptree_graph::signature::paper::ATTRIBUTES;
+    use deeptree_infer::Weights;
     use deeptree_learn::{
-        Kind, NetworkOptions, Processor, Scan, Scans, Surroundings, TrainEvent, TrainOptions,
-        TrainingSet, train, train_points,
+        Kind, NetworkOptions, Processor, Report, Surroundings, TrainEvent, TrainOptions,
+        TrainingSet, train,
     };
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-    use crate::args::{self, Args, ModelChoice, UsageError};
+    use super::{points, stands};
+    use crate::args::{self, Args, UsageError};
     use crate::report;
     use crate::verbs::unknown_species;
 
@@ -44,33 +52,51 @@ pub(super) mod training {
         if verb.output.extension().is_none_or(|extension| extension != "safetensors") {
             bail!(UsageError(format!("{}: a model is a .safetensors file", verb.output.display())));
         }
+        match &verb.only[..] {
+            [network] if network == "competition" => return stands::run(args, verb),
+            [network] if network == "points" => return points::run(args, verb),
+            _ => {}
+        }
         let options = options(verb)?;
+        let set = only_species(read(args, verb)?, &verb.species)?;
         let bars = Bars::new(args);
         let checkpoints = beside(&verb.output, "checkpoint");
-        let trained = if verb.with.is_some() {
-            if verb.species != "all" {
-                let text = "--with points is of all species of the model; leave --species out";
-                bail!(UsageError(text.to_owned()));
-            }
-            let base = ModelChoice { model: verb.model.clone(), simd: None }.weights()?;
-            let (set, scans) = (read(args, verb)?, read_scans(args, verb)?);
-            train_points(&set, &scans, &base, &options, &checkpoints, &|event| bars.show(event))?
-        } else {
-            let set = only_species(read(args, verb)?, &verb.species)?;
-            train(&set, &options, &checkpoints, &|event| bars.show(event))?
-        };
+        let trained = train(&set, &options, &checkpoints, &|event| bars.show(event))?;
 
-        let report = toml_of(&trained.report)?;
-        write_atomically(&verb.output, |out| out.write_all(&trained.weights))?;
+        write(args, verb, &trained.weights, &trained.report)
+    }
+
+    /// Writes the model and what is told of it, and says so.
+    pub(super) fn write(
+        args: &Args,
+        verb: &args::Train,
+        weights: &[u8],
+        report: &Report,
+    ) -> Result<()> {
+        let text = toml_of(report)?;
+        write_atomically(&verb.output, |out| out.write_all(weights))?;
         let toml = verb.output.with_extension("toml");
-        write_atomically(&toml, |out| out.write_all(report.as_bytes()))?;
-        let text = summary(&trained.report, &verb.output, &toml);
-        report::say(args, &serde_json::to_value(&trained.report)?, &text, false);
+        write_atomically(&toml, |out| out.write_all(text.as_bytes()))?;
+        let text = summary(report, &verb.output, &toml);
+        report::say(args, &serde_json::to_value(report)?, &text, false);
         Ok(())
     }
 
+    /// A model, and what the file beside it says.
+    pub(super) fn read_model(path: &Path) -> Result<(Weights, Report)> {
+        let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let model = Weights::from_bytes(&bytes)
+            .with_context(|| format!("{} is no model", path.display()))?;
+        let toml = path.with_extension("toml");
+        let text =
+            fs::read_to_string(&toml).with_context(|| format!("cannot read {}", toml.display()))?;
+        let report =
+            Report::from_toml(&text).with_context(|| format!("cannot read {}", toml.display()))?;
+        Ok((model, report))
+    }
+
     /// The figures over all species; those of each are in the file.
-    fn summary(report: &deeptree_learn::Report, model: &Path, toml: &Path) -> String {
+    fn summary(report: &Report, model: &Path, toml: &Path) -> String {
         let mut text = String::new();
         for (name, network) in &report.networks {
             let _ = writeln!(text, "{name:>10}: {}", values(&network.total));
@@ -90,7 +116,7 @@ pub(super) mod training {
         values.collect::<Vec<_>>().join(", ")
     }
 
-    fn toml_of(report: &deeptree_learn::Report) -> Result<String> {
+    fn toml_of(report: &Report) -> Result<String> {
         let toml = report.to_toml().context("the report cannot be written as TOML")?;
         Ok(match commit() {
             Some(commit) => format!("commit = \"{commit}\"\n{toml}"),
@@ -112,11 +138,7 @@ pub(super) mod training {
             "joint" => Kind::Joint,
             _ => Kind::Situated,
         };
-        let hears = verb.with.is_some();
-        if hears && kind != Kind::Situated {
-            bail!(UsageError("--with points is for --kind situated only".to_owned()));
-        }
-        let mut options = if hears { TrainOptions::points() } else { TrainOptions::new(kind) };
+        let mut options = TrainOptions::new(kind);
         options.seed = verb.seed;
         if let Some(epochs) = verb.epochs {
             options.epochs = epochs;
@@ -205,7 +227,7 @@ pub(super) mod training {
     }
 
     /// The corpora in memory, one set of the species of the first.
-    fn read(args: &Args, verb: &args::Train) -> Result<TrainingSet> {
+    pub(super) fn read(args: &Args, verb: &args::Train) -> Result<TrainingSet> {
         let open = |path: &PathBuf| {
             Corpus::open(path).with_context(|| format!("{} is no corpus", path.display()))
         };
@@ -266,34 +288,7 @@ pub(super) mod training {
         Ok(set)
     }
 
-    /// The scans of the trees that [`read`] gives, in their order.
-    fn read_scans(args: &Args, verb: &args::Train) -> Result<Scans> {
-        let bar = report::bar(args, 0, "reading scans");
-        let mut scans = Scans::default();
-        for path in &verb.data {
-            let corpus = Corpus::open(path)?;
-            let most = verb.trees.unwrap_or(u32::MAX);
-            for (split, all) in [
-                (Split::Train, &mut scans.train),
-                (Split::Validation, &mut scans.validation),
-            ] {
-                for scan in corpus.scans(split) {
-                    let scan = scan?;
-                    if split == Split::Validation || scan.number < most {
-                        let origin = Vec3::from_array(scan.cloud.origin.map(|x| x as f32));
-                        let points = scan.cloud.points.iter().map(|&p| p + origin).collect();
-                        let nodes = scan.cloud.columns.node.unwrap_or_default();
-                        all.push(Scan { points, nodes });
-                        bar.inc(1);
-                    }
-                }
-            }
-        }
-        bar.finish_and_clear();
-        Ok(scans)
-    }
-
-    fn beside(path: &Path, suffix: &str) -> PathBuf {
+    pub(super) fn beside(path: &Path, suffix: &str) -> PathBuf {
         let mut name = path.as_os_str().to_owned();
         name.push(format!(".{suffix}"));
         name.into()

@@ -12,7 +12,7 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use self::columns::{Batch, Float, Int, Layout, OpenGroup};
-use super::{ENVIRONMENT_KEY, MODEL_KEY};
+use super::{ENVIRONMENT_KEY, MODEL_KEY, STAND_KEY};
 
 /// Why a table could not be read. Rows count from 1 through the whole file.
 #[derive(Debug, thiserror::Error)]
@@ -126,6 +126,12 @@ impl TableReader {
     #[must_use]
     pub fn environment(&self, tree: u32) -> Option<&str> {
         self.note(&format!("{ENVIRONMENT_KEY}{tree}"))
+    }
+
+    /// The stand that a tree has grown in, as the text of its plan, where the file says it.
+    #[must_use]
+    pub fn stand(&self, tree: u32) -> Option<&str> {
+        self.note(&format!("{STAND_KEY}{tree}"))
     }
 
     fn note(&self, key: &str) -> Option<&str> {

@@ -13,7 +13,7 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
 use parquet::schema::types::ColumnPath;
 
-use super::{ENVIRONMENT_KEY, MODEL_KEY};
+use super::{ENVIRONMENT_KEY, MODEL_KEY, STAND_KEY};
 
 /// A row group is closed by the tree that brings it to this many rows: about 5 MB, small enough to
 /// hold in memory, large enough for columns to compress well.
@@ -102,6 +102,12 @@ impl<W: Write + Send> TableWriter<W> {
     /// Notes what stood around a tree, as the text of an environment.
     pub fn note_environment(&mut self, tree: u32, text: &str) {
         let key = format!("{ENVIRONMENT_KEY}{tree}");
+        self.file.append_key_value_metadata(KeyValue::new(key, text.to_owned()));
+    }
+
+    /// Notes the stand that a tree has grown in, as the text of its plan.
+    pub fn note_stand(&mut self, tree: u32, text: &str) {
+        let key = format!("{STAND_KEY}{tree}");
         self.file.append_key_value_metadata(KeyValue::new(key, text.to_owned()));
     }
 

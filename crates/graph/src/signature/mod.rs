@@ -7,9 +7,10 @@
 //!   the pipe model, the reach below the node ([`inheritance`]: how its children inherit it), one-hots of distances that are nearly whole numbers, and all directions in the
 //!   node's own frame, so that nothing depends on the yaw of the tree.
 //!
-//! [`outlook`] is what is read of a tree's environment as a whole, [`points`] what is heard of a
-//! cloud around a node.
+//! [`outlook`] is what is read of a tree's environment as a whole, [`competition`] what is read of
+//! the trees around it, [`points`] what is heard of a cloud around a node.
 
+pub mod competition;
 pub mod inheritance;
 pub mod outlook;
 pub mod paper;

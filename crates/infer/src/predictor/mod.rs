@@ -14,6 +14,7 @@ use deeptree_graph::{
     signature::TreeConditions,
 };
 
+use crate::competition::Competition;
 use crate::kernels::{self, Full, Rows, SimdPath};
 use crate::mlp::{Mlp, Scratch};
 use crate::outlook::Outlook;
@@ -207,6 +208,12 @@ pub trait Predictor: Sync {
         false
     }
 
+    /// What the model says the trees around make of a tree; `None` where it has learned nothing of
+    /// stands.
+    fn competition(&self) -> Option<&Competition> {
+        None
+    }
+
     /// Draws the branchlet of each node of the frontier into `branchlets`, in its order.
     ///
     /// The branchlet of a node depends on that node and its parent, its lineage, its plan, its
@@ -234,6 +241,7 @@ pub struct Model {
     weight_count: usize,
     networks: Networks,
     outlook: Option<Outlook>,
+    competition: Option<Competition>,
 }
 
 #[derive(Clone, Debug)]
@@ -273,16 +281,17 @@ impl Model {
         hash.copy_from_slice(&weights.sha256()[..16]);
         let roots =
             species.iter().map(|name| roots::read(weights, name)).collect::<Result<_, _>>()?;
-        let outlook = match networks {
-            Networks::Situated(_) => Outlook::read(weights)?,
-            Networks::Paper(_) | Networks::Joint(_) => None,
+        let (outlook, competition) = match networks {
+            Networks::Situated(_) => (Outlook::read(weights)?, Competition::read(weights)?),
+            Networks::Paper(_) | Networks::Joint(_) => (None, None),
         };
         let weight_count = match &networks {
             Networks::Situated(networks) => networks.weight_count(),
             Networks::Paper(networks) => networks.weight_count(),
             Networks::Joint(network) => network.weight_count(),
-        } + outlook.as_ref().map_or(0, Outlook::weight_count);
-        Ok(Self { species, tip_radius, roots, hash, weight_count, networks, outlook })
+        } + outlook.as_ref().map_or(0, Outlook::weight_count)
+            + competition.as_ref().map_or(0, Competition::weight_count);
+        Ok(Self { species, tip_radius, roots, hash, weight_count, networks, outlook, competition })
     }
 
     /// The kind of the model.
@@ -351,6 +360,10 @@ impl Predictor for Model {
             Networks::Situated(networks) => networks.hears_points(),
             Networks::Paper(_) | Networks::Joint(_) => false,
         }
+    }
+
+    fn competition(&self) -> Option<&Competition> {
+        self.competition.as_ref()
     }
 
     fn branchlets(

@@ -19,7 +19,7 @@ use super::study::{Study, short};
 use super::trees;
 
 /// From the seeds of one sample of the teacher to those of the other.
-const SECOND_SAMPLE: u64 = 1_000_000;
+pub(super) const SECOND_SAMPLE: u64 = 1_000_000;
 
 /// The trees of a place: teacher, its control, learner, learner not told.
 pub(super) const SIDES: [&str; 4] = ["P", "P2", "DT", "DT not told"];

@@ -24,6 +24,7 @@ mod priors;
 mod reconstruction;
 mod regrowth;
 mod runtime;
+mod stands;
 mod study;
 mod table;
 mod termination;
@@ -50,7 +51,7 @@ use untrained::{ablation, joint};
 type Maker = fn(&Study<'_>) -> Result<Chapter>;
 
 /// The chapters of a report, in their order.
-const CHAPTERS: [(&str, Maker); 16] = [
+const CHAPTERS: [(&str, Maker); 17] = [
     ("table", table::chapter),
     ("perceptual", perceptual::chapter),
     ("two-sample", two_sample::chapter),
@@ -66,6 +67,7 @@ const CHAPTERS: [(&str, Maker); 16] = [
     ("regrowth", regrowth::chapter),
     ("environment", environment::chapter),
     ("forms", forms::chapter),
+    ("stands", stands::chapter),
     ("reconstruction", reconstruction::chapter),
 ];
 

@@ -34,6 +34,8 @@ pub struct Shot<'a> {
     pub view: View,
     /// Corners of boxes that stand around the tree, in metres; drawn behind it.
     pub boxes: &'a [[Vec3; 8]],
+    /// Other trees, at their places.
+    pub beside: &'a [BranchGraph],
 }
 
 /// Why there is no picture.
@@ -59,7 +61,7 @@ impl<'a> Shot<'a> {
     /// A tree seen from somewhere.
     #[must_use]
     pub const fn new(tree: &'a BranchGraph, view: View) -> Self {
-        Self { tree: Some(tree), view, boxes: &[] }
+        Self { tree: Some(tree), view, boxes: &[], beside: &[] }
     }
 
     /// The same among boxes.
@@ -68,10 +70,16 @@ impl<'a> Shot<'a> {
         Self { boxes, ..self }
     }
 
+    /// The same among other trees, which stand at their places.
+    #[must_use]
+    pub const fn beside(self, beside: &'a [BranchGraph]) -> Self {
+        Self { beside, ..self }
+    }
+
     /// A cell that stays empty.
     #[must_use]
     pub const fn empty(view: View) -> Self {
-        Self { tree: None, view, boxes: &[] }
+        Self { tree: None, view, boxes: &[], beside: &[] }
     }
 }
 
@@ -118,7 +126,7 @@ impl Sheet {
                 for corners in shot.boxes {
                     solid::draw(&mut pixmap, tree, corners, shot.view, scale, origin);
                 }
-                stroke::tree(&mut pixmap, tree, shot.view, scale, origin);
+                stroke::trees(&mut pixmap, tree, shot.beside, shot.view, scale, origin);
             }
             top += height;
         }
@@ -157,7 +165,9 @@ fn heights(frames: &[Vec<Option<Frame>>]) -> Vec<(f32, f32)> {
 }
 
 fn frames(row: &[Shot<'_>]) -> Vec<Option<Frame>> {
-    row.iter().map(|shot| shot.tree.map(|tree| shot.view.frame(tree, shot.boxes))).collect()
+    row.iter()
+        .map(|shot| shot.tree.map(|tree| shot.view.frame(tree, shot.beside, shot.boxes)))
+        .collect()
 }
 
 fn pixmap(width: u64, height: u64) -> Result<Pixmap, PictureError> {

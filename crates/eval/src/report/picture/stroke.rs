@@ -40,10 +40,12 @@ struct Stroke {
     flat: bool,
 }
 
-/// Draws a tree, the far wood first; `origin` is the pixel of its foot, `scale` pixels a metre.
-pub(super) fn tree(
+/// Draws a tree and those beside it, the far wood first; `origin` is the pixel of its foot, `scale`
+/// pixels a metre.
+pub(super) fn trees(
     pixmap: &mut Pixmap,
     tree: &BranchGraph,
+    beside: &[BranchGraph],
     view: View,
     scale: f32,
     origin: (f32, f32),
@@ -54,17 +56,16 @@ pub(super) fn tree(
         let seen = scale * axes.look(p - foot);
         Vec3::new(origin.0 + seen.x, origin.1 - seen.y, seen.z)
     };
-    let mut strokes: Vec<Stroke> = tree
-        .nodes()
-        .iter()
-        .map(|node| Stroke {
-            from: place(node.base()),
-            to: place(node.position),
-            from_radius: (scale * start_radius(tree, node)).max(MIN_RADIUS),
-            to_radius: (scale * node.thickness).max(MIN_RADIUS),
-            flat: node.parent.is_none(),
-        })
-        .collect();
+    let stroke = |(tree, node): (&BranchGraph, &Node)| Stroke {
+        from: place(node.base()),
+        to: place(node.position),
+        from_radius: (scale * start_radius(tree, node)).max(MIN_RADIUS),
+        to_radius: (scale * node.thickness).max(MIN_RADIUS),
+        flat: node.parent.is_none(),
+    };
+    let all = std::iter::once(tree).chain(beside);
+    let nodes = all.flat_map(|tree| tree.nodes().iter().map(move |node| (tree, node)));
+    let mut strokes: Vec<Stroke> = nodes.map(stroke).collect();
     strokes.sort_by(|a, b| a.depth().total_cmp(&b.depth()));
     let (Some(far), Some(near)) = (strokes.first(), strokes.last()) else { return };
     let (far, near) = (far.depth(), near.depth());

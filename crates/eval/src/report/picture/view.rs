@@ -55,12 +55,20 @@ impl View {
         Axes { right, up: toward.cross(right), toward }
     }
 
-    /// The extent of all internodes with their thickness, of the foot, and of the boxes around.
-    pub(super) fn frame(self, tree: &BranchGraph, boxes: &[[Vec3; 8]]) -> Frame {
+    /// The extent of all internodes with their thickness, of the foot, and of the trees and boxes
+    /// around.
+    pub(super) fn frame(
+        self,
+        tree: &BranchGraph,
+        beside: &[BranchGraph],
+        boxes: &[[Vec3; 8]],
+    ) -> Frame {
         let axes = self.axes();
         let foot = tree.root().base();
         let nothing = Frame { left: 0.0, right: 0.0, bottom: 0.0, top: 0.0 };
-        let tips = tree.nodes().iter().map(|node| (node.position, node.thickness));
+        let trees = std::iter::once(tree).chain(beside);
+        let nodes = trees.flat_map(BranchGraph::nodes);
+        let tips = nodes.map(|node| (node.position, node.thickness));
         let corners = boxes.iter().flatten().map(|&corner| (corner, 0.0));
         tips.chain(corners).fold(nothing, |frame, (place, radius)| {
             let tip = axes.look(place - foot);
