@@ -406,8 +406,8 @@ pub(crate) struct Train {
     /// that no other network learns anything of.
     #[arg(long, value_name = "LIST", value_delimiter = ',', requires = "model")]
     pub(crate) only: Vec<String>,
-    /// The model that --only keeps networks of, with its .toml beside it; made of the same corpora
-    /// with the same options.
+    /// The model that --only keeps networks of, with its .toml beside it; made of such trees with the
+    /// same options.
     #[arg(long, value_name = "FILE", requires = "only")]
     pub(crate) model: Option<PathBuf>,
     /// Networks that train side by side, one thread each [default: one a core].
@@ -435,6 +435,10 @@ pub(crate) struct Evaluate {
     /// Everything small, in a few minutes.
     #[arg(long)]
     pub(crate) quick: bool,
+    /// Forests that the two-sample test fits to permuted labels, for its p and the width of its
+    /// intervals; most of its time. With 0 the width is that of the widest case measured.
+    #[arg(long, value_name = "N", default_value_t = 49)]
+    pub(crate) refits: usize,
     /// Seed of the first tree; the default is far from the seeds of a corpus.
     #[arg(long, default_value_t = 1_000_000, allow_negative_numbers = true)]
     pub(crate) seed: u64,

@@ -8,6 +8,7 @@ use deeptree_graph::{
 use deeptree_infer::{Active, Branchlet, Former, Predictor, Settled, Workspace};
 use deeptree_scene::Site;
 
+use crate::legacy::{Heir, Legacy, pass_on};
 use crate::{GenerateError, Limits};
 
 /// A tree on its way.
@@ -27,6 +28,8 @@ pub(crate) struct Growing<'a> {
     /// Those of the next level.
     next: Vec<NodeId>,
     branchlets: Vec<Branchlet>,
+    /// Of the level at hand.
+    legacies: Vec<Legacy>,
     hit_budget: bool,
     avoided: Avoided,
 }
@@ -90,6 +93,7 @@ impl<'a> Growing<'a> {
             level: Vec::new(),
             next: vec![0],
             branchlets: Vec::new(),
+            legacies: Vec::new(),
             hit_budget: false,
             avoided: Avoided::default(),
         }
@@ -170,7 +174,24 @@ impl<'a> Growing<'a> {
             }
         }
         (self.level, self.branchlets) = (level, branchlets);
+        self.settle_legacies();
         Ok(())
+    }
+
+    /// Lets the next level have what those of this one could not grow.
+    fn settle_legacies(&mut self) {
+        if self.legacies.is_empty() {
+            return;
+        }
+        let heir = |&node: &NodeId| Heir { node, nodes: self.heritage[node as usize].plan.nodes };
+        let heirs: Vec<Heir> = self.next.iter().map(heir).collect();
+        let tip_radius = self.conditions.tip_radius;
+        let (tree, balance) = (&mut self.tree, &mut self.balance);
+        let gained = pass_on(&self.legacies, &heirs, tree, balance, tip_radius);
+        for (heir, more) in heirs.iter().zip(gained) {
+            self.heritage[heir.node as usize].plan.nodes += more;
+        }
+        self.legacies.clear();
     }
 
     /// A node as the model is asked for its children.
@@ -241,6 +262,11 @@ impl<'a> Growing<'a> {
                 (children, plans) = (drawn.children, drawn.plans);
                 self.avoided.redrawn += u64::from(drawn.redrawn);
                 self.avoided.given_up += u64::from(drawn.given_up);
+                // A tree that was pruned is as it was where nothing was cut.
+                if self.before.is_none() && drawn.lost_nodes > 0 {
+                    let (tips, nodes) = (drawn.lost_tips, drawn.lost_nodes);
+                    self.legacies.push(Legacy { node: id, tips, nodes });
+                }
             }
         }
         let Heritage { lineage, before, .. } = self.heritage[id as usize];

@@ -12,6 +12,7 @@ mod aim;
 mod algebra;
 mod density;
 mod growing;
+mod legacy;
 mod regrow;
 mod stand;
 mod state;

@@ -207,6 +207,12 @@ impl Balance {
         self.nodes += level.len() as i64;
     }
 
+    /// Counts so many more tips among those that have ended, at a position: tips that another branch
+    /// bears than was counted when its level was.
+    pub fn add_ended(&mut self, position: Vec3, tips: i64) {
+        self.ended.add(position, tips);
+    }
+
     /// What every node of the last level sees of the tree as a whole: its centre and its outlook.
     #[must_use]
     pub fn centres(&self) -> [Vec3; 2] {

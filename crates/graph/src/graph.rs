@@ -201,6 +201,15 @@ impl BranchGraph {
         ids
     }
 
+    /// Makes a node as thick as this, in metres.
+    ///
+    /// # Panics
+    ///
+    /// When there is no such node.
+    pub fn set_thickness(&mut self, id: NodeId, thickness: f32) {
+        self.nodes[id as usize].thickness = thickness;
+    }
+
     /// The nodes in level order.
     #[must_use]
     pub fn nodes(&self) -> &[Node] {

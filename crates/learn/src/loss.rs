@@ -27,9 +27,9 @@ pub(crate) const SPLIT_TARGETS: usize = 3 * SPLIT_COMPONENTS;
 /// the bin of a child that is not the heir, as for [`split`].
 pub(crate) const REACH_TARGETS: usize = 1 + SPLIT_TARGETS;
 
-/// Columns of the targets of [`rotation`]: x and y of the swing, each once a component, and whether
-/// it is aligned.
-pub(crate) const ROTATION_TARGETS: usize = 2 * ROTATION_COMPONENTS + 1;
+/// Columns of the targets of [`rotation`]: x and y of the swing, each once a component, whether it is
+/// aligned, and whether it goes straight on if it is.
+pub(crate) const ROTATION_TARGETS: usize = 2 * ROTATION_COMPONENTS + 2;
 
 /// The columns `from..from + width`.
 fn columns(tensor: &Tensor<2>, from: usize, width: usize) -> Tensor<2> {
@@ -97,7 +97,8 @@ fn log_sigmoid(x: Tensor<2>) -> Tensor<2> {
 /// the aligned law.
 ///
 /// `p(x, y) = Σ_i w_i N(x; μ_i, σ_i²) N(y; ν_i + τ_i a_i (x − μ_i) / σ_i, τ_i²)` where the swing is
-/// not aligned; where it is, `w_a N(x; μ_a, σ_a²)`, and `w_a` alone for slot 0, where x is 0 too.
+/// not aligned. Where it is, `w_a N(x; μ_a, σ_a²)` for a lateral; for slot 0 `w_a` alone where the
+/// shoot goes straight on, and otherwise `w_a Σ_i w_i N(x; μ_i, σ_i²) / Σ_i w_i`.
 ///
 /// # Shapes  outputs: `[batch, ROTATION_OUTPUTS]`; targets: `[batch, ROTATION_TARGETS]`
 pub(crate) fn rotation(outputs: Tensor<2>, targets: Tensor<2>, slot: usize) -> Tensor<1> {
@@ -112,11 +113,18 @@ pub(crate) fn rotation(outputs: Tensor<2>, targets: Tensor<2>, slot: usize) -> T
     let (log_x, log_y) = (bounded(row(2)), bounded(row(3)));
     let first = (x.clone() - row(0)) * (-log_x.clone()).exp();
     let second = (y - row(1)) * (-log_y.clone()).exp() - row(4) * first.clone();
-    let log_density = (first.square() + second.square()) * -0.5 - log_x - log_y;
-    let free = log_sum_exp(columns(&log_weight, 0, K) + log_density) - 2.0 * half_log_tau;
+    let log_density = (first.clone().square() + second.square()) * -0.5 - log_x.clone() - log_y;
+    let log_weights = columns(&log_weight, 0, K);
+    let free = log_sum_exp(log_weights.clone() + log_density) - 2.0 * half_log_tau;
 
     let mut aligned = columns(&log_weight, K, 1);
-    if slot > 0 {
+    if slot == 0 {
+        let is_bent = -columns(&targets, 2 * K + 1, 1) + 1.0;
+        let of_x = first.square() * -0.5 - log_x;
+        let shares = log_sum_exp(log_weights.clone());
+        let density = log_sum_exp(log_weights + of_x) - shares - half_log_tau;
+        aligned = aligned + density * is_bent;
+    } else {
         let log_x = bounded(columns(&outputs, K + 2, 1));
         let off = (columns(&x, 0, 1) - columns(&outputs, K + 1, 1)) * (-log_x.clone()).exp();
         aligned = aligned - off.square() * 0.5 - log_x - half_log_tau;
@@ -172,7 +180,7 @@ mod tests {
     use burn::tensor::{Device, TensorData};
     use deeptree_graph::signature::inheritance::REACH_OUTPUTS;
     use deeptree_graph::signature::paper::JOINT_LEN;
-    use deeptree_graph::signature::situated::{ROTATION_OUTPUTS, SPLIT_OUTPUTS};
+    use deeptree_graph::signature::situated::{Alignment, ROTATION_OUTPUTS, SPLIT_OUTPUTS};
     use deeptree_graph::{Lineage, Purpose, Seed};
 
     type Loss = fn(Tensor<2>, Tensor<2>) -> Tensor<1>;
@@ -255,10 +263,11 @@ mod tests {
         }
     }
 
-    /// Targets of a swing.
-    fn swing(x: f32, y: f32, is_aligned: bool) -> Vec<f32> {
+    /// Targets of a swing that can be aligned so.
+    fn swing(x: f32, y: f32, alignment: Alignment, is_aligned: bool) -> Vec<f32> {
         const K: usize = ROTATION_COMPONENTS;
-        [vec![x; K], vec![y; K], vec![f32::from(u8::from(is_aligned))]].concat()
+        let flags = [is_aligned, alignment == Alignment::Straight];
+        [vec![x; K], vec![y; K], flags.map(|flag| f32::from(u8::from(flag))).to_vec()].concat()
     }
 
     fn lateral(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
@@ -274,11 +283,16 @@ mod tests {
         for seed in 0..50 {
             let outputs = random(ROTATION_OUTPUTS, seed, 0.7);
             let at = random(2, 1000 + seed, 1.0);
-            for (slot, loss) in [(0, apical as Loss), (1, lateral)] {
+            for (alignment, loss) in [
+                (Alignment::Straight, apical as Loss),
+                (Alignment::Gravity, apical),
+                (Alignment::Bud, lateral),
+            ] {
                 for is_aligned in [false, true] {
-                    let loss = f64::from(value(loss, &outputs, &swing(at[0], at[1], is_aligned)));
+                    let targets = swing(at[0], at[1], alignment, is_aligned);
+                    let loss = f64::from(value(loss, &outputs, &targets));
                     let (x, y) = (f64::from(at[0]), f64::from(at[1]));
-                    let plain = crate::tasks::judge_swing(&outputs, slot, x, y, is_aligned);
+                    let plain = crate::tasks::judge_swing(&outputs, alignment, x, y, is_aligned);
                     assert!((loss - plain).abs() < 1e-4 * plain.abs().max(1.0), "{loss} {plain}");
                 }
             }
@@ -324,15 +338,16 @@ mod tests {
         // The second child is missing.
         let mut family = random(JOINT_LEN, 7, 1.0);
         family[..3].copy_from_slice(&[1.0, 0.0, 1.0]);
-        let cases: [(Loss, usize, Vec<f32>); 10] = [
+        let cases: [(Loss, usize, Vec<f32>); 11] = [
             (split, SPLIT_OUTPUTS, bin(-0.4, 0.1)),
             (split, SPLIT_OUTPUTS, bin(0.7, OPEN_END)),
             (reach, REACH_OUTPUTS, heir(1.0, -OPEN_END, OPEN_END)),
             (reach, REACH_OUTPUTS, heir(-1.0, -0.4, 0.1)),
             (reach, REACH_OUTPUTS, heir(0.0, 0.7, OPEN_END)),
-            (apical, ROTATION_OUTPUTS, swing(0.4, -0.7, false)),
-            (lateral, ROTATION_OUTPUTS, swing(-1.1, 0.3, false)),
-            (lateral, ROTATION_OUTPUTS, swing(0.2, 0.0, true)),
+            (apical, ROTATION_OUTPUTS, swing(0.4, -0.7, Alignment::Straight, false)),
+            (apical, ROTATION_OUTPUTS, swing(0.4, 0.0, Alignment::Gravity, true)),
+            (lateral, ROTATION_OUTPUTS, swing(-1.1, 0.3, Alignment::Bud, false)),
+            (lateral, ROTATION_OUTPUTS, swing(0.2, 0.0, Alignment::Bud, true)),
             (regressor, 6, random(6, 6, 1.0)),
             (joint, JOINT_LEN, family),
         ];
@@ -358,7 +373,12 @@ mod tests {
         for scale in [1e2, 1e4] {
             let outputs = random(ROTATION_OUTPUTS, 1, scale);
             for is_aligned in [false, true] {
-                assert!(value(lateral, &outputs, &swing(3.0, -3.0, is_aligned)).is_finite());
+                for (loss, alignment) in
+                    [(lateral as Loss, Alignment::Bud), (apical, Alignment::Gravity)]
+                {
+                    let targets = swing(3.0, -3.0, alignment, is_aligned);
+                    assert!(value(loss, &outputs, &targets).is_finite());
+                }
             }
             let outputs = random(SPLIT_OUTPUTS, 2, scale);
             for (low, high) in [(-OPEN_END, -9.0), (-0.001, 0.001), (9.0, OPEN_END)] {

@@ -11,6 +11,7 @@ use deeptree_infer::{Model, ReadWeightsError, Table, Weights, WeightsBuilder};
 
 use crate::checkpoint;
 use crate::course::{Course, Dense, Outlook, Points};
+use crate::kept::Kept;
 use crate::mlp::Mlp;
 use crate::options::Schedule;
 use crate::report::Report;
@@ -48,6 +49,36 @@ pub fn train(
     checkpoints: &Path,
     progress: &dyn TrainProgress,
 ) -> Result<TrainedModel, TrainError> {
+    train_those(set, options, None, checkpoints, progress)
+}
+
+/// Trains some networks of a model anew, and keeps its others with their figures; tables are those of
+/// the set. With the set that the model was made of this is what [`train`] gives, where nothing
+/// that the others learn has changed.
+///
+/// # Errors
+///
+/// As [`train`]; and when the model was made with other options (but for `workers`) or of trees whose
+/// rotations lie otherwise, or a network is none of its kind's.
+pub fn retrain(
+    set: &TrainingSet,
+    options: &TrainOptions,
+    only: &[String],
+    (model, report): (&Weights, &Report),
+    checkpoints: &Path,
+    progress: &dyn TrainProgress,
+) -> Result<TrainedModel, TrainError> {
+    let kept = Kept::new(set, options, only, model, report)?;
+    train_those(set, options, Some(&kept), checkpoints, progress)
+}
+
+fn train_those(
+    set: &TrainingSet,
+    options: &TrainOptions,
+    kept: Option<&Kept<'_>>,
+    checkpoints: &Path,
+    progress: &dyn TrainProgress,
+) -> Result<TrainedModel, TrainError> {
     options.validate()?;
     set.check()?;
     let species = species_numbers("training", &set.train, &set.species)?;
@@ -71,7 +102,11 @@ pub fn train(
     checkpoint::open(checkpoints, set, &set.data_hash, options)?;
 
     let lesson = |corpus| Lesson::new(corpus, set.species.len(), rotations.as_ref(), options);
-    let run = Run { set, options, train: lesson(&train), validation: lesson(&validation) };
+    let run = Run { set, options, train: lesson(&train), validation: lesson(&validation), kept };
+    if let Some(kept) = kept {
+        let tables = Weights::from_bytes(&run.tables(&tip_radius)?.to_bytes()?)?;
+        kept.check_tables(&tables)?;
+    }
     let networks = run.networks(checkpoints, progress)?;
     let weights = run.weights(&networks, &tip_radius)?;
     // What is written must be what inference reads.
@@ -141,6 +176,7 @@ struct Run<'a> {
     options: &'a TrainOptions,
     train: Lesson<'a>,
     validation: Lesson<'a>,
+    kept: Option<&'a Kept<'a>>,
 }
 
 /// A network that is done.
@@ -199,6 +235,7 @@ impl Run<'_> {
     ) -> Result<Vec<Finished>, TrainError> {
         let mut networks = Network::all(self.options.kind);
         networks.retain(|&one| one != Network::Outlook || self.train.corpus.has_surroundings());
+        networks.retain(|&one| self.kept.is_none_or(|kept| kept.only.contains(&one)));
         let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
         let progress = Until { progress, failed: &failed };
         let results: Mutex<Vec<_>> = Mutex::new(Vec::new());
@@ -250,16 +287,27 @@ impl Run<'_> {
         Box::new(Dense { network, mlp, train, validation, batch, unread, seed, species, device })
     }
 
-    fn weights(
-        &self,
-        networks: &[Finished],
-        tip_radius: &[f32],
-    ) -> Result<Vec<u8>, ReadWeightsError> {
+    /// The model without its networks.
+    fn tables(&self, tip_radius: &[f32]) -> Result<WeightsBuilder, ReadWeightsError> {
         let species = &self.set.species;
         let mut model = WeightsBuilder::new(self.options.kind.into(), species);
         tables::write_common(&mut model, self.train.corpus, species, tip_radius)?;
         if let Some(rotations) = self.train.rotations {
             tables::write_situated(&mut model, self.train.corpus, rotations)?;
+        }
+        Ok(model)
+    }
+
+    fn weights(
+        &self,
+        networks: &[Finished],
+        tip_radius: &[f32],
+    ) -> Result<Vec<u8>, ReadWeightsError> {
+        let mut model = self.tables(tip_radius)?;
+        if let Some(kept) = self.kept {
+            kept.networks(self.options.kind).for_each(|name| {
+                model.network_of(name, kept.model);
+            });
         }
         for (name, table) in networks.iter().flat_map(|one| &one.tensors) {
             model.table(name, table.clone());
@@ -269,8 +317,8 @@ impl Run<'_> {
 
     fn report(&self, networks: &[Finished], weights: &[u8]) -> Result<Report, ReadWeightsError> {
         let hash = Weights::from_bytes(weights)?.sha256();
-        let reports: BTreeMap<_, _> =
-            networks.iter().map(|one| (one.name.into(), one.report.clone())).collect();
+        let mut reports = self.kept.map_or_else(BTreeMap::new, |kept| kept.reports(self.set));
+        reports.extend(networks.iter().map(|one| (one.name.into(), one.report.clone())));
         Ok(Report {
             data_hash: self.set.data_hash.clone(),
             species: self.set.species.clone(),

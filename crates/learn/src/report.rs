@@ -59,6 +59,9 @@ impl Report {
 /// How one network was trained, and its figures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NetworkReport {
+    /// Tells the training data from other data; where they are not those of the whole model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub data_hash: Option<String>,
     /// Widths of the layers, inputs first.
     pub sizes: Vec<usize>,
     /// Weights and biases.
@@ -71,9 +74,6 @@ pub struct NetworkReport {
     pub seconds: f64,
     /// Training samples a second.
     pub samples_per_second: f64,
-    /// What it was trained on, where that is not what the model was.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub data_hash: Option<String>,
     /// Figures of all validation trees.
     pub total: Figures,
     /// Figures by species.

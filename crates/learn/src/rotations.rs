@@ -64,11 +64,6 @@ impl Rotations {
         let slot = &self.slots[tree.species][usize::from(child.slot)];
         slot.turn(child.rotation, parent, tree.gravitropism)
     }
-
-    /// Is this turn one of the aligned law?
-    pub(crate) fn is_aligned(&self, species: usize, slot: usize, turn: Turn) -> bool {
-        self.slots[species][slot].is_aligned(slot, turn)
-    }
 }
 
 /// Sums over the turns of a slot, of all and of the aligned ones.

@@ -79,7 +79,8 @@ fn hearing() -> &'static (Vec<u8>, Report) {
     static TRAINED: OnceLock<(Vec<u8>, Report)> = OnceLock::new();
     TRAINED.get_or_init(|| {
         let (set, folder) = (synthetic::set(24), tempfile::tempdir().unwrap());
-        train_points(&set, &scans(&set), borrowed(base()), &options(2, 100), folder.path(), &Silent).unwrap()
+        train_points(&set, &scans(&set), borrowed(base()), &options(2, 100), folder.path(), &Silent)
+            .unwrap()
     })
 }
 

@@ -16,7 +16,7 @@ use deeptree_graph::{BranchGraph, Quat, TreeTraits, Vec2, Vec3, plans, senses};
 use deeptree_infer::{Mlp, ModelKind, ROOT_COLUMNS, Scratch, SimdPath, Weights};
 use deeptree_learn::{
     Kind, NetworkOptions, Silent, TrainError, TrainEvent, TrainOptions, TrainProgress,
-    TrainedModel, TrainingSet, train,
+    TrainedModel, TrainingSet, retrain, train,
 };
 
 fn run(set: &TrainingSet, options: &TrainOptions) -> TrainedModel {
@@ -405,6 +405,40 @@ fn a_run_in_pieces_ends_with_the_same_bits() {
         let other = run(&set, &TrainOptions { seed: 2, ..options });
         assert_ne!(straight.report.sha256, other.report.sha256, "{kind:?} with another seed");
     }
+}
+
+#[test]
+fn a_network_trained_anew_is_the_one_that_training_all_gives() {
+    let mut set = synthetic::set(4);
+    let options = TrainOptions { epochs: 1, steps_per_epoch: Some(3), ..tiny(Kind::Situated) };
+    let full = run(&set, &options);
+    let again = |set: &TrainingSet, only: &str, options: &TrainOptions| {
+        let folder = tempfile::tempdir().unwrap();
+        let kept = (&weights(&full), &full.report);
+        retrain(set, options, &[only.to_owned()], kept, folder.path(), &Silent)
+    };
+    let one = again(&set, "rotation1", &options).unwrap();
+    assert_eq!(one.weights, full.weights);
+    assert_eq!(one.report.sha256, full.report.sha256);
+    let figures = |model: &TrainedModel| model.report.networks["rotation1"].total.clone();
+    assert_eq!((one.report.networks.len(), figures(&one)), (8 - 1, figures(&full)));
+    for network in ["outlook", "existence"] {
+        let kept = |model: &TrainedModel| model.report.networks.get(network).cloned();
+        assert_eq!(kept(&one), kept(&full));
+    }
+    let message = |found: Result<TrainedModel, TrainError>| found.unwrap_err().to_string();
+    assert!(message(again(&set, "rotation9", &options)).contains("`rotation9`"));
+    let other = TrainOptions { seed: 3, ..options.clone() };
+    assert!(message(again(&set, "rotation1", &other)).contains("other options"));
+    set.data_hash = "other".into();
+    let other = again(&set, "rotation1", &options).unwrap().report;
+    let hash = |network: &str| other.networks[network].data_hash.clone();
+    assert_eq!([hash("existence"), hash("rotation1")], [Some(full.report.data_hash.clone()), None]);
+    // Of half as many trees the laws are others.
+    set.train.truncate(set.train.len() / 2);
+    set.train_surroundings.truncate(set.train.len());
+    let message = message(again(&set, "rotation1", &options));
+    assert!(message.contains("lie otherwise") || message.contains("species"), "{message}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! A thin-lens camera that places itself so that the whole tree is in the picture.
+//! A thin-lens camera that places itself: so that the whole tree is in the picture, or near the tree.
 
 use std::f32::consts::TAU;
 
@@ -9,6 +9,8 @@ use crate::ray::Ray;
 
 /// Height of the eyes of who looks at a tree from the ground, in metres.
 const EYES: f32 = 1.6;
+/// How far from the bark or the twigs who looks from near stands, in metres.
+const NEAR: f32 = 2.0;
 /// Share of the picture that stays free around the tree: left and right, below, above.
 const MARGINS: [f32; 3] = [0.05, 0.08, 0.05];
 
@@ -27,14 +29,26 @@ pub enum View {
     Quarter,
     /// From straight above, front below.
     Top,
+    /// The trunk below the height of the eyes, from two metres in front of it.
+    Trunk,
+    /// What of the tree is foremost, from two metres in front of it.
+    Twigs,
 }
 
 impl View {
     /// All views.
-    pub const ALL: [Self; 6] =
-        [Self::Front, Self::Right, Self::Back, Self::Left, Self::Quarter, Self::Top];
+    pub const ALL: [Self; 8] = [
+        Self::Front,
+        Self::Right,
+        Self::Back,
+        Self::Left,
+        Self::Quarter,
+        Self::Top,
+        Self::Trunk,
+        Self::Twigs,
+    ];
 
-    /// Its name: `front`, `right`, `back`, `left`, `quarter`, `top`.
+    /// Its name: `front`, `right`, `back`, `left`, `quarter`, `top`, `trunk`, `twigs`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -44,13 +58,15 @@ impl View {
             Self::Left => "left",
             Self::Quarter => "quarter",
             Self::Top => "top",
+            Self::Trunk => "trunk",
+            Self::Twigs => "twigs",
         }
     }
 
     /// Azimuth from +z towards +x, and elevation above the horizon, of who looks; in radians.
     const fn place(self) -> (f32, f32) {
         match self {
-            Self::Front => (0.0, 0.0),
+            Self::Front | Self::Trunk | Self::Twigs => (0.0, 0.0),
             Self::Right => (0.25 * TAU, 0.0),
             Self::Back => (0.5 * TAU, 0.0),
             Self::Left => (0.75 * TAU, 0.0),
@@ -95,7 +111,8 @@ enum Lens {
 }
 
 impl Camera {
-    /// A camera that looks at points from where `view` says, so near that they just fit.
+    /// A camera that looks at points from where `view` says, so near that they just fit; but at the
+    /// trunk and the twigs from two metres. The root's foot is at the origin.
     ///
     /// `aspect` is width over height; `angle` the angle of view from below to above, in radians.
     /// Views from the ground stand upright: like a camera with a movable back, they keep verticals
@@ -123,12 +140,16 @@ impl Camera {
         let points: Vec<Vec3> = points.collect();
         let half = [aspect, 1.0].map(|side| side * libm::tanf(angle / 2.0));
         let (low, high) = bounds(&points).ok_or(RenderError::Empty)?;
-        let camera = if elevation == 0.0 {
-            upright(&points, axes, half, (low, high))
-        } else {
-            above(&points, axes, half)
+        let camera = match view {
+            View::Trunk => near(trunk(&points), axes, half),
+            View::Twigs => near(foremost(&points), axes, half),
+            _ if elevation == 0.0 => upright(&points, axes, half, (low, high)),
+            _ => above(&points, axes, half),
         };
-        let focus = ((low + high) / 2.0 - camera.position).dot(axes[2]).max(0.1);
+        let focus = match view {
+            View::Trunk | View::Twigs => NEAR,
+            _ => ((low + high) / 2.0 - camera.position).dot(axes[2]).max(0.1),
+        };
         Ok(Self { lens: Lens::Thin { radius: 0.0, focus }, ..camera })
     }
 
@@ -278,10 +299,36 @@ fn above(points: &[Vec3], axes: [Vec3; 3], half: [f32; 2]) -> Camera {
     Camera { position, axes, window, lens: Lens::Orthographic }
 }
 
+/// A camera that looks at a point from near, level.
+fn near(point: Vec3, axes: [Vec3; 3], half: [f32; 2]) -> Camera {
+    let window = [-half[0], half[0], -half[1], half[1]];
+    Camera { position: point - axes[2] * NEAR, axes, window, lens: Lens::Orthographic }
+}
+
+/// The foremost point, towards +z.
+fn foremost(points: &[Vec3]) -> Vec3 {
+    points.iter().copied().fold(Vec3::NEG_INFINITY, |best, p| if p.z > best.z { p } else { best })
+}
+
+/// The front of the trunk at three quarters of the height of the eyes, or of the tree's own height
+/// if it is not so high: the middle and the foremost of the points there and near the axis.
+fn trunk(points: &[Vec3]) -> Vec3 {
+    let top = points.iter().map(|p| p.y).fold(0.0, f32::max);
+    let height = 0.75 * EYES.min(top);
+    let is_trunk = |p: &&Vec3| (p.y - height).abs() < 0.3 && p.x.abs().max(p.z.abs()) < 1.2;
+    let (mut sum, mut count, mut front) = (0.0, 0.0f32, 0.0f32);
+    for p in points.iter().filter(is_trunk) {
+        (sum, count, front) = (sum + p.x, count + 1.0, front.max(p.z));
+    }
+    Vec3::new(sum / count.max(1.0), height, front)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    const CLOSE: [View; 2] = [View::Trunk, View::Twigs];
 
     fn corners(low: Vec3, high: Vec3) -> Vec<Vec3> {
         let pick = |i: usize, k: usize| if i >> k & 1 == 0 { low[k] } else { high[k] };
@@ -298,7 +345,7 @@ mod tests {
         ) {
             let low = Vec3::from(at);
             let points = corners(low, low + Vec3::from(size));
-            for view in View::ALL {
+            for view in View::ALL.into_iter().filter(|view| !CLOSE.contains(view)) {
                 let camera = Camera::framing(points.iter().copied(), view, aspect, angle).unwrap();
                 let seen: Vec<[f32; 2]> =
                     points.iter().map(|&p| camera.project(p).unwrap().0).collect();
@@ -318,7 +365,7 @@ mod tests {
     #[test]
     fn a_ray_goes_through_what_is_projected_there() {
         let points = corners(Vec3::new(-4.0, 0.0, -5.0), Vec3::new(6.0, 12.0, 3.0));
-        for view in View::ALL {
+        for view in View::ALL.into_iter().filter(|view| !CLOSE.contains(view)) {
             let camera = Camera::framing(points.iter().copied(), view, 1.3, 0.6).unwrap();
             let orthographic = Camera::orthographic(Vec3::Y, 0.4, 0.2, [20.0, 15.0]);
             for camera in [camera, orthographic] {
@@ -329,6 +376,21 @@ mod tests {
                     assert!(off < 1e-3, "{view:?} {off}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn close_views_look_at_the_bark_and_at_what_is_foremost_from_two_metres() {
+        let mut points = corners(Vec3::new(-0.3, 0.0, -0.3), Vec3::new(0.3, 10.0, 0.3));
+        points.extend(corners(Vec3::new(-0.3, 1.0, -0.3), Vec3::new(0.3, 1.4, 0.3)));
+        points.push(Vec3::new(2.0, 7.0, 5.0));
+        for (view, at) in CLOSE.into_iter().zip([Vec3::new(0.0, 1.2, 0.3), points[16]]) {
+            let camera = Camera::framing(points.iter().copied(), view, 1.0, 0.5).unwrap();
+            let (place, depth) = camera.project(at).unwrap();
+            assert!((place[0] - 0.5).abs() + (place[1] - 0.5).abs() < 1e-4, "{view:?} {place:?}");
+            assert!((depth - 2.0).abs() < 1e-4, "{view:?} {depth}");
+            let Lens::Thin { focus, .. } = camera.lens else { unreachable!() };
+            assert_eq!(focus, 2.0);
         }
     }
 

@@ -28,7 +28,8 @@ pub(crate) struct Render {
     /// trunk; their colours in the output, and their normals in a file beside it.
     #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true, default_missing_value = "2", conflicts_with_all = ["sheet", "views", "aov"], value_parser = clap::value_parser!(u32).range(1..=16))]
     pub(crate) impostor: Option<u32>,
-    /// From where: front, right, back, left, quarter, top; several stand side by side.
+    /// From where: front, right, back, left, quarter, top; trunk or twigs, from two metres. Several
+    /// stand side by side.
     #[arg(
         long,
         value_name = "LIST",

@@ -39,7 +39,7 @@ pub(super) mod training {
     use deeptree_infer::Weights;
     use deeptree_learn::{
         Kind, NetworkOptions, Processor, Report, Surroundings, TrainEvent, TrainOptions,
-        TrainingSet, train,
+        TrainingSet, retrain, train,
     };
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -61,7 +61,15 @@ pub(super) mod training {
         let set = only_species(read(args, verb)?, &verb.species)?;
         let bars = Bars::new(args);
         let checkpoints = beside(&verb.output, "checkpoint");
-        let trained = train(&set, &options, &checkpoints, &|event| bars.show(event))?;
+        let progress = |event| bars.show(event);
+        let trained = match &verb.model {
+            None => train(&set, &options, &checkpoints, &progress)?,
+            Some(path) => {
+                let (model, report) = read_model(path)?;
+                let kept = (&model, &report);
+                retrain(&set, &options, &verb.only, kept, &checkpoints, &progress)?
+            }
+        };
 
         write(args, verb, &trained.weights, &trained.report)
     }

@@ -296,6 +296,31 @@ mod tests {
     }
 
     #[test]
+    fn a_shoot_that_gravity_alone_bends_stays_in_the_upright_plane_of_its_parent() {
+        use situated::Alignment;
+        let slot = situated::Slot { roll: -2.0, scale: Vec2::ONE * 0.1, ..situated::Slot::PLAIN };
+        let tree = tree(0.4);
+        let parent = tree.node(2);
+        let front = parent.orientation * Vec3::NEG_Z;
+        let alignment = slot.alignment(0.3, parent);
+        assert_eq!(alignment, Alignment::Gravity);
+        let turn = situated::Turn { swing: Vec2::new(-0.7, 0.0), roll: 0.3 };
+        let rotation = slot.rotation(turn, parent, 0.2);
+        let bent = parent.orientation * (rotation * Vec3::NEG_Z);
+        assert!(bent.distance(front) > 0.01);
+        assert!(bent.dot(front.cross(Vec3::Y)).abs() < 1e-6, "{bent} {front}");
+        assert!(slot.is_aligned(alignment, slot.turn(rotation, parent, 0.2)));
+        assert!(!slot.is_aligned(Alignment::Straight, turn));
+        // With an angle of its own, and upright: straight on or not at all.
+        let angled = situated::Slot { mean: Vec2::new(0.0, 0.3), ..slot };
+        assert_eq!(angled.alignment(0.0, parent), Alignment::Straight);
+        let upright = Node { orientation: Quat::from_rotation_x(1.5), ..*parent };
+        assert_eq!(slot.alignment(0.0, &upright), Alignment::Straight);
+        let lateral = situated::Slot { roll_scale: 0.0, ..angled };
+        assert_eq!(lateral.alignment(0.0, parent), Alignment::Bud);
+    }
+
+    #[test]
     fn a_lateral_keeps_its_front() {
         let slot = situated::Slot {
             mean: Vec2::new(0.8, 0.0),

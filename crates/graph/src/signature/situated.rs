@@ -20,7 +20,7 @@ pub use branching::{Branching, CLASSES, SPLIT_COMPONENTS, SPLIT_LEN, SPLIT_OUTPU
 pub use rotation::{
     ROTATION_COMPONENTS, ROTATION_OUTPUTS, RotationContext, Sibling, encode_rotation, rotation_len,
 };
-pub use turn::{ALIGNED, Slot, Turn, wrapped};
+pub use turn::{ALIGNED, Alignment, Slot, Turn, wrapped};
 
 use super::{TreeConditions, Writer, tip_count};
 use crate::crowding::{Crowd, Sense};

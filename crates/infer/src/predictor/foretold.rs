@@ -123,9 +123,10 @@ pub struct Foretold {
     pub sizes: [Option<Rank>; MAX_CHILDREN],
     /// Roll of the apical child.
     pub roll: Option<Rank>,
-    /// Does the child go exactly straight on, or lie exactly in the plane of its bud?
+    /// Is the swing of the child exactly aligned, as
+    /// [`Alignment`](deeptree_graph::signature::situated::Alignment) has it?
     pub aligned: [Option<Chance>; MAX_CHILDREN],
-    /// Swing of a child about its x; of an apical child only where it does not go straight on.
+    /// Swing of a child about its x; none of an apical child that goes straight on.
     pub swings_x: [Option<Rank>; MAX_CHILDREN],
     /// Swing about its y, given that about x, of a child that is not aligned.
     pub swings_y: [Option<Rank>; MAX_CHILDREN],

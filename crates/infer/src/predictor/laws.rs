@@ -3,7 +3,7 @@
 
 use deeptree_graph::Vec2;
 use deeptree_graph::signature::inheritance::share_bounds;
-use deeptree_graph::signature::situated::{LOG_SCALE, MOST_SCORE, ROTATION_COMPONENTS};
+use deeptree_graph::signature::situated::{Alignment, LOG_SCALE, MOST_SCORE, ROTATION_COMPONENTS};
 
 use super::foretold::{Chance, Rank};
 
@@ -89,7 +89,7 @@ fn below_share(outputs: &[f32], logit: f64) -> Option<f64> {
 /// about x, and about y given x. None where the numbers overflow.
 pub(super) fn swing(
     outputs: &[f32],
-    slot: usize,
+    alignment: Alignment,
     swing: Vec2,
     is_aligned: bool,
 ) -> Option<(Chance, [Option<Rank>; 2])> {
@@ -99,11 +99,6 @@ pub(super) fn swing(
     let (aligned, components) = outputs[K + 1..].split_at(2);
     let chance = Chance { probability: weights[K], happened: is_aligned };
     let (x, y) = (f64::from(swing.x), f64::from(swing.y));
-    if is_aligned {
-        let first = (x - f64::from(aligned[0])) / scale(aligned[1]);
-        let rank = if slot == 0 { None } else { Some(Rank::at(finite(normal(first))?)) };
-        return Some((chance, [rank, None]));
-    }
     let of = |row: usize, i: usize| components[row * K + i];
     let first = |i: usize| (x - f64::from(of(0, i))) / scale(of(2, i));
     let second =
@@ -112,7 +107,18 @@ pub(super) fn swing(
         let total: f64 = weights.iter().sum();
         finite((0..K).map(|i| weights[i] * normal(of(i))).sum::<f64>() / total)
     };
-    let below_x = mixed(&weights[..K], &first)?;
+    let below_x = || mixed(&weights[..K], &first);
+    if is_aligned {
+        let rank = match alignment {
+            Alignment::Straight => None,
+            Alignment::Gravity => Some(Rank::at(below_x()?)),
+            Alignment::Bud => {
+                let off = (x - f64::from(aligned[0])) / scale(aligned[1]);
+                Some(Rank::at(finite(normal(off))?))
+            }
+        };
+        return Some((chance, [rank, None]));
+    }
     // Of y, each component counts as much as it explains x; far out the nearest explains all.
     let logs: Vec<f64> = (0..K)
         .map(|i| {
@@ -123,7 +129,7 @@ pub(super) fn swing(
     let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let explains: Vec<f64> = logs.iter().map(|log| libm::exp(log - most)).collect();
     let below_y = mixed(&explains, &second)?;
-    Some((chance, [Some(Rank::at(below_x)), Some(Rank::at(below_y))]))
+    Some((chance, [Some(Rank::at(below_x()?)), Some(Rank::at(below_y))]))
 }
 
 /// Where a value stands in a law given by its values at evenly spaced normal scores: see
@@ -218,13 +224,13 @@ mod tests {
         for (i, out) in outputs.iter_mut().enumerate() {
             *out = draws(77 + i as u64).normal() as f32 * 0.7;
         }
-        for slot in [0, 1] {
+        for alignment in [Alignment::Straight, Alignment::Gravity, Alignment::Bud] {
             let mut of_axis = [Vec::new(), Vec::new()];
             let (mut chances, mut aligned) = (0.0, 0.0);
             for i in 0..N {
-                let drawn = sampling::swing(&outputs, slot, &mut draws(i)).unwrap();
+                let drawn = sampling::swing(&outputs, alignment, &mut draws(i)).unwrap();
                 let is_aligned = drawn.y == 0.0;
-                let (chance, ranks) = swing(&outputs, slot, drawn, is_aligned).unwrap();
+                let (chance, ranks) = swing(&outputs, alignment, drawn, is_aligned).unwrap();
                 chances += chance.probability;
                 aligned += f64::from(u8::from(chance.happened));
                 for (of_axis, rank) in of_axis.iter_mut().zip(ranks) {
@@ -233,7 +239,8 @@ mod tests {
             }
             let error = 5.0 * (chances * (1.0 - chances / N as f64)).sqrt();
             assert!((aligned - chances).abs() < error, "{aligned} {chances}");
-            assert_eq!(of_axis[0].len() > of_axis[1].len(), slot == 1);
+            let has_x = alignment != Alignment::Straight;
+            assert_eq!(of_axis[0].len() > of_axis[1].len(), has_x);
             let [x, y] = of_axis;
             assert_uniform("x", x.into_iter());
             assert_uniform("y", y.into_iter());
@@ -261,7 +268,7 @@ mod tests {
         for bad in [f32::NAN, f32::INFINITY] {
             assert_eq!(softmax(&[0.0, bad], |_| true), None);
             assert_eq!(split(&[0.0, bad, 0.0], (9, 2, 5), 4), None);
-            assert_eq!(swing(&[bad; ROTATION_OUTPUTS], 1, Vec2::ONE, false), None);
+            assert_eq!(swing(&[bad; ROTATION_OUTPUTS], Alignment::Bud, Vec2::ONE, false), None);
         }
         assert_eq!(softmax(&[0.0, 1.0], |_| false), None);
     }

@@ -65,6 +65,10 @@ pub struct Branchlet {
     pub redrawn: u8,
     /// How many children were given up because of them.
     pub given_up: u8,
+    /// Tips that those of them were to bear that met what stands around.
+    pub lost_tips: u32,
+    /// Those children, and the nodes that were to grow below them.
+    pub lost_nodes: u32,
 }
 
 /// Memory that a prediction works in, and the instruction set it runs on; one for each thread.

@@ -3,7 +3,9 @@
 use deeptree_graph::Draws;
 use deeptree_graph::Vec2;
 use deeptree_graph::signature::inheritance::share_bounds;
-use deeptree_graph::signature::situated::{CLASSES, LOG_SCALE, MOST_SCORE, ROTATION_COMPONENTS};
+use deeptree_graph::signature::situated::{
+    Alignment, CLASSES, LOG_SCALE, MOST_SCORE, ROTATION_COMPONENTS,
+};
 
 /// Draws an index with probability softmax(logits), among those for which `possible` holds; of
 /// [`CLASSES`] at most.
@@ -109,22 +111,28 @@ fn share(outputs: &[f32], draws: &mut Draws) -> Option<f64> {
     z.is_finite().then(|| 1.0 / (1.0 + libm::exp(-z)))
 }
 
-/// Draws the swing of the child in `slot` from the outputs of its head, in deviations of its slot.
-pub(super) fn swing(outputs: &[f32], slot: usize, draws: &mut Draws) -> Option<Vec2> {
+/// Draws the swing of a child that can be aligned so from the outputs of its head, in deviations of
+/// its slot.
+pub(super) fn swing(outputs: &[f32], alignment: Alignment, draws: &mut Draws) -> Option<Vec2> {
     const K: usize = ROTATION_COMPONENTS;
     let (weights, rest) = outputs.split_at(K + 1);
     let (aligned, components) = rest.split_at(2);
     let i = categorical(weights, |_| true, draws)?;
-    let mut normal = || draws.normal() as f32;
+    let of = |row: usize, i: usize| components[row * K + i];
+    let x = |i: usize, first: f32| of(0, i) + scale(of(2, i)) * first;
     let swing = if i < K {
-        let of = |row: usize| components[row * K + i];
-        let (first, second) = (normal(), normal());
-        let x = of(0) + scale(of(2)) * first;
-        Vec2::new(x, of(1) + scale(of(3)) * (second + of(4) * first))
-    } else if slot == 0 {
-        Vec2::ZERO
+        let (first, second) = (draws.normal() as f32, draws.normal() as f32);
+        Vec2::new(x(i, first), of(1, i) + scale(of(3, i)) * (second + of(4, i) * first))
     } else {
-        Vec2::new(aligned[0] + scale(aligned[1]) * normal(), 0.0)
+        let x = match alignment {
+            Alignment::Straight => 0.0,
+            Alignment::Gravity => {
+                let i = categorical(&weights[..K], |_| true, draws)?;
+                x(i, draws.normal() as f32)
+            }
+            Alignment::Bud => aligned[0] + scale(aligned[1]) * draws.normal() as f32,
+        };
+        Vec2::new(x, 0.0)
     };
     swing.is_finite().then_some(swing)
 }
@@ -264,7 +272,7 @@ mod tests {
         }
         let n = 40_000;
         let swings: Vec<Vec2> =
-            (0..n).map(|i| swing(&outputs, 1, &mut draws(i)).unwrap()).collect();
+            (0..n).map(|i| swing(&outputs, Alignment::Bud, &mut draws(i)).unwrap()).collect();
         let mean = swings.iter().sum::<Vec2>() / n as f32;
         assert!((mean - Vec2::new(1.0, -2.0)).abs().max_element() < 0.03, "{mean}");
         let moment =
@@ -281,10 +289,27 @@ mod tests {
         const K: usize = ROTATION_COMPONENTS;
         let outputs = outputs(K);
         for i in 0..100 {
-            assert_eq!(swing(&outputs, 0, &mut draws(i)), Some(Vec2::ZERO));
-            let lateral = swing(&outputs, 2, &mut draws(i)).unwrap();
-            assert!(lateral.y == 0.0 && lateral.x != 0.0);
+            let drawn = |alignment| swing(&outputs, alignment, &mut draws(i)).unwrap();
+            assert_eq!(drawn(Alignment::Straight), Vec2::ZERO);
+            for alignment in [Alignment::Gravity, Alignment::Bud] {
+                let swing = drawn(alignment);
+                assert!(swing.y == 0.0 && swing.x != 0.0, "{alignment:?}");
+            }
         }
+    }
+
+    #[test]
+    fn shoots_about_the_level_axis_have_the_mean_of_the_components() {
+        // Odds of 3 to 1 for means of 1 and −2, all else impossible.
+        const K: usize = ROTATION_COMPONENTS;
+        let mut outputs = [0.0; ROTATION_OUTPUTS];
+        outputs[..=K].copy_from_slice(&[3f32.ln(), 0.0, -60.0, -60.0, 60.0]);
+        (outputs[K + 3], outputs[K + 4]) = (1.0, -2.0);
+        let n = 40_000;
+        let x = |i| swing(&outputs, Alignment::Gravity, &mut draws(i)).unwrap().x;
+        let mean = (0..n).map(x).sum::<f32>() / n as f32;
+        // The variance is 1 + 9 · ¾ · ¼.
+        assert!((mean - 0.25).abs() < 5.0 * (2.69f32 / n as f32).sqrt(), "{mean}");
     }
 
     #[test]

@@ -90,6 +90,17 @@ impl Draft {
     }
 }
 
+/// A child that was given its place, or given up.
+struct Placed {
+    turn: Turn,
+    /// None when every attempt ends below the ground or where no branch can go.
+    child: Option<ChildSignature>,
+    /// How often it was drawn again.
+    redrawn: u8,
+    /// Has one of the attempts met what stands around?
+    met_walls: bool,
+}
+
 /// "Of `tips` tips, how many does the child in `slot` bear, with `children` left to serve?"
 struct SplitQuestion {
     draft: usize,
@@ -437,11 +448,15 @@ impl Situated {
             let draft = &mut drafts[i];
             let active = &frontier[draft.row];
             let tips = draft.child_tips[slot];
-            let (turn, child, redrawn) = self
+            let Placed { turn, child, redrawn, met_walls } = self
                 .place_child(slot, active, tips, roll, outputs)
                 .ok_or(Overflow { row: draft.row })?;
             branchlets[draft.row].redrawn += redrawn;
             branchlets[draft.row].given_up += u8::from(child.is_none());
+            if child.is_none() && met_walls {
+                branchlets[draft.row].lost_tips += tips;
+                branchlets[draft.row].lost_nodes += 1 + draft.child_nodes[slot];
+            }
             draft.siblings[slot] = Some(Sibling { tips, turn });
             branchlets[draft.row].plans[slot] = draft.child_plan(slot);
             // What comes again is as thick as it was.
@@ -482,9 +497,7 @@ impl Situated {
         &lengths[order * values..][..values]
     }
 
-    /// The child in `slot` with its turn, and how often it was drawn again; no child when every
-    /// attempt ends below the ground or where no branch can go, and nothing when the numbers
-    /// overflow.
+    /// The child in `slot`; nothing when the numbers overflow.
     fn place_child(
         &self,
         slot: usize,
@@ -492,7 +505,7 @@ impl Situated {
         tips: u32,
         roll: f32,
         outputs: &[f32],
-    ) -> Option<(Turn, Option<ChildSignature>, u8)> {
+    ) -> Option<Placed> {
         let Active { node, lineage, seed, tree, room, .. } = active;
         let lineage = lineage.child(slot as u8);
         let order = (usize::from(node.order) + usize::from(slot > 0)).min(LENGTH_ORDERS - 1);
@@ -500,21 +513,26 @@ impl Situated {
             self.lengths_of(tree.species, order),
             &mut seed.draws(lineage, Purpose::ChildLength),
         );
+        let law = self.slots[tree.species][slot];
+        let alignment = law.alignment(roll, node);
         let mut turn = Turn { swing: Vec2::ZERO, roll };
+        let mut met_walls = false;
         for attempt in 0..ATTEMPTS {
             // The first of these draws is the roll's.
             let mut draws = seed.draws(lineage, Purpose::ChildRotation).at(1 + attempt);
-            turn.swing = sampling::swing(outputs, slot, &mut draws)?;
-            let rotation = self.slots[tree.species][slot].rotation(turn, node, tree.gravitropism);
+            turn.swing = sampling::swing(outputs, alignment, &mut draws)?;
+            let rotation = law.rotation(turn, node, tree.gravitropism);
             let front = node.orientation * (rotation * Vec3::NEG_Z);
             let tip = node.position + length * front;
-            if tip.y >= 0.0 && room.is_none_or(|room| room.admits_edge(node.position, tip)) {
+            let is_free = room.is_none_or(|room| room.admits_edge(node.position, tip));
+            if tip.y >= 0.0 && is_free {
                 let thickness = thickness_of(tips, tree.tip_radius);
-                let child = ChildSignature { rotation, thickness, length };
-                return Some((turn, Some(child), attempt as u8));
+                let child = Some(ChildSignature { rotation, thickness, length });
+                return Some(Placed { turn, child, redrawn: attempt as u8, met_walls });
             }
+            met_walls |= !is_free;
         }
-        Some((turn, None, ATTEMPTS as u8))
+        Some(Placed { turn, child: None, redrawn: ATTEMPTS as u8, met_walls })
     }
 }
 

@@ -145,6 +145,12 @@ impl Weights {
         self.tables.contains_key(name)
     }
 
+    /// The tensor `name`, whatever its shape; none where there is no such tensor.
+    #[must_use]
+    pub fn any_table(&self, name: &str) -> Option<&Table> {
+        self.tables.get(name)
+    }
+
     /// The tensor `name`, of the expected shape; `None` stands for any size.
     ///
     /// # Errors

@@ -28,7 +28,8 @@ pub(crate) fn blade(habit: &Habit, noise: Noise, coarse: bool) -> Blade {
         Vec3::new(wind * side, lift, -share) * length
     };
     let mut blade = Blade::default();
-    let rows = if coarse || bare.wind < 0.01 { 2 } else { 4 };
+    let winding = bare.wind >= 0.01;
+    let (rows, side_rows) = if coarse { (2, 1) } else { (if winding { 4 } else { 2 }, 2) };
     rod(&mut blade, main, rows, radii);
     for side in 0..bare.sides {
         let draw = |k| noise.at(side as i32 + 1, k);
@@ -45,7 +46,7 @@ pub(crate) fn blade(habit: &Habit, noise: Noise, coarse: bool) -> Blade {
         let across = square(Vec3::Y, along);
         let way = |t: f32| foot + along * (reach * t) + across * (4.0 * bend * t * (1.0 - t));
         let thick = thickness(radii, share) * 0.7;
-        rod(&mut blade, way, 2, [thick, thick * 0.45]);
+        rod(&mut blade, way, side_rows, [thick, thick * 0.45]);
     }
     blade
 }

@@ -19,9 +19,6 @@ use crate::verbs::preset;
 /// Trees of each set in a full run.
 const TREES: usize = 400;
 
-/// Permutations of all labels in a full run; they take nearly all of the time.
-const REFITS: usize = 49;
-
 /// The area that is the first step; the goal is the interval of the teacher against itself.
 const FIRST_STEP: f64 = 0.60;
 
@@ -128,7 +125,8 @@ fn test_all(study: &Study<'_>, species: &Species) -> Result<Tested> {
     }
     let mut tests = Vec::new();
     for (against, of, set) in list {
-        let name = format!("two-sample-{}-{}", species.name, against.symbol());
+        let name =
+            format!("two-sample-{}-{}-{}", species.name, against.symbol(), study.verb.refits);
         let test = || test(study, against, species, of, set);
         if let Some(test) = study.part(&name, test)? {
             tests.push((against, test));
@@ -157,7 +155,7 @@ fn test(
         return Ok(None);
     }
     let refits = match against {
-        Against::Second | Against::Learner => REFITS,
+        Against::Second | Against::Learner => study.verb.refits,
         Against::Other | Against::Paper => 0,
     };
     let options = if study.verb.quick {

@@ -129,10 +129,11 @@ pub const ROTATION_COMPONENTS: usize = 4;
 /// | outputs | what |
 /// |---|---|
 /// | `K + 1` | logits of the weights: K components, then the aligned law |
-/// | `2` | mean and log deviation of x in the aligned law, where y is 0 |
+/// | `2` | mean and log deviation of x in the aligned law of laterals, where y is 0 |
 /// | `K` each | means of x, means of y, log deviations of x, of y, and slopes of y on x |
 ///
 /// In a component `x = μ_x + σ_x ε₁` and `y = μ_y + σ_y (ε₂ + a ε₁)`, with ε normal. The aligned law
-/// is for what is exactly so in a tree: a shoot that goes straight on, for slot 0, where x is 0
-/// too; and a lateral that nothing has bent yet, which lies in the plane of its bud.
+/// is for what is exactly so in a tree, an [`Alignment`](super::Alignment): y is 0. Of a shoot that
+/// goes straight on x is 0 too; of one that swings about the level axis x has the law that the
+/// components give it.
 pub const ROTATION_OUTPUTS: usize = ROTATION_COMPONENTS + 1 + 2 + 5 * ROTATION_COMPONENTS;

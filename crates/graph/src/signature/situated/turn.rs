@@ -17,6 +17,17 @@ pub struct Turn {
     pub roll: f32,
 }
 
+/// What is exactly so of some swings in a tree, and has a law of its own beside that of the others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Alignment {
+    /// An apical shoot goes straight on: both components of its swing are 0.
+    Straight,
+    /// An apical shoot that nothing but gravity bends swings about the level axis: y is 0.
+    Gravity,
+    /// A lateral that nothing has bent yet lies in the plane of its bud: y is 0.
+    Bud,
+}
+
 /// How the rotations in a slot lie: `q = R_z(roll) · exp(mean swing) · exp(swing)`, the swing told off
 /// what gravity makes expect of an apical shoot.
 ///
@@ -79,12 +90,26 @@ impl Slot {
         (wrapped(roll - self.roll) / self.roll_scale, swing_of(rest))
     }
 
-    /// Is this turn of the child in `slot` exactly aligned: an apical shoot that goes straight on, or
-    /// a lateral in the plane of its bud?
+    /// How a child that is rolled so, below this parent, can be exactly aligned: about the level axis
+    /// where shoots have no angle of their own and gravity has an axis to bend them about.
     #[must_use]
-    pub fn is_aligned(&self, slot: usize, turn: Turn) -> bool {
+    pub fn alignment(&self, roll: f32, parent: &Node) -> Alignment {
+        if self.is_lateral() {
+            return Alignment::Bud;
+        }
+        let (axis, _) = to_the_vertical(parent.orientation * self.unswung(roll));
+        let is_bent_by_gravity_alone = self.mean == Vec2::ZERO && axis != Vec2::ZERO;
+        if is_bent_by_gravity_alone { Alignment::Gravity } else { Alignment::Straight }
+    }
+
+    /// Is this turn exactly aligned?
+    #[must_use]
+    pub fn is_aligned(&self, alignment: Alignment, turn: Turn) -> bool {
         let swing = turn.swing * self.scale;
-        if slot == 0 { swing.length() < ALIGNED } else { swing.y.abs() < ALIGNED }
+        match alignment {
+            Alignment::Straight => swing.length() < ALIGNED,
+            Alignment::Gravity | Alignment::Bud => swing.y.abs() < ALIGNED,
+        }
     }
 
     fn is_lateral(&self) -> bool {

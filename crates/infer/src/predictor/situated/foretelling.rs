@@ -291,8 +291,10 @@ impl Situated {
         for (Asked { truth, what, .. }, outputs) in
             asked.iter().zip(outputs.chunks_exact(ROTATION_OUTPUTS))
         {
-            let is_aligned = self.slots_of(truth.known)[slot].is_aligned(slot, what.turn);
-            let said = laws::swing(outputs, slot, what.turn.swing, is_aligned);
+            let law = self.slots_of(truth.known)[slot];
+            let alignment = law.alignment(what.turn.roll, truth.known.active.node);
+            let is_aligned = law.is_aligned(alignment, what.turn);
+            let said = laws::swing(outputs, alignment, what.turn.swing, is_aligned);
             let (chance, [x, y]) = said.ok_or(Overflow { row: truth.row })?;
             let foretold = &mut all[truth.row];
             foretold.aligned[slot] = Some(chance);

@@ -441,9 +441,9 @@ fn chances(chapter: &mut Chapter, all: &[Judged], total: &Judged) {
     let header: Vec<&str> =
         std::iter::once("species").chain(names.iter().map(String::as_str)).collect();
     chapter.table(
-        "Whether a child has the longest path below (heir), and whether it goes exactly straight on \
-         or lies exactly in the plane of its bud (aligned, by slot): share that does, how much more \
-         than told, and calibration error (of chance)",
+        "Whether a child has the longest path below (heir), and whether it goes exactly straight on, \
+         is bent exactly about the level axis or lies exactly in the plane of its bud (aligned, by \
+         slot): share that does, how much more than told, and calibration error (of chance)",
         &header,
         all.iter().chain([total]).map(row).collect(),
     );

@@ -1,0 +1,88 @@
+//! What a model keeps when some of its networks are trained anew.
+
+use std::collections::BTreeMap;
+
+use deeptree_infer::{Table, Weights};
+
+use crate::tasks::Network;
+use crate::{Kind, NetworkReport, Report, TrainError, TrainOptions, TrainingSet};
+
+/// How far the tables of turns may be from those of the model, in deviations.
+const NEAR: f32 = 0.02;
+
+/// A model of such trees and the same options, whose other networks are kept.
+pub(crate) struct Kept<'a> {
+    /// The networks to train.
+    pub(crate) only: Vec<Network>,
+    pub(crate) model: &'a Weights,
+    pub(crate) report: &'a Report,
+}
+
+impl<'a> Kept<'a> {
+    pub(crate) fn new(
+        set: &TrainingSet,
+        options: &TrainOptions,
+        only: &[String],
+        model: &'a Weights,
+        report: &'a Report,
+    ) -> Result<Self, TrainError> {
+        let sha256: String = model.sha256().iter().map(|byte| format!("{byte:02x}")).collect();
+        let told = TrainOptions { workers: options.workers, ..report.options.clone() };
+        for (what, is_same) in [
+            ("the report beside it is of another model", sha256 == report.sha256),
+            ("it is for other species", set.species == report.species),
+            ("it was trained with other options", *options == told),
+        ] {
+            if !is_same {
+                return Err(TrainError::OtherModel { what });
+            }
+        }
+        let all = Network::all(options.kind);
+        let number = |name: &String| {
+            let found = all.iter().find(|network| network.name() == name);
+            found.copied().ok_or_else(|| TrainError::Option {
+                option: "only".into(),
+                value: format!("`{name}`"),
+                expected: "the name of a network of this kind",
+            })
+        };
+        Ok(Self { only: only.iter().map(number).collect::<Result<_, _>>()?, model, report })
+    }
+
+    /// Checks that the kept networks can be used with the tables of these trees: that turns are told
+    /// them in the same deviations, and tips in the same radii.
+    pub(crate) fn check_tables(&self, tables: &Weights) -> Result<(), TrainError> {
+        let both =
+            |name| Some((tables.any_table(name)?.values(), self.model.any_table(name)?.values()));
+        let scales = self.model.any_table("rotation_scale").map_or(&[][..], Table::values);
+        let is_near = |name| {
+            let Some((ours, theirs)) = both(name) else { return false };
+            let all = ours.iter().zip(theirs).zip(scales);
+            ours.len() == theirs.len()
+                && all.into_iter().all(|((a, b), scale)| (a - b).abs() <= NEAR * scale.max(0.01))
+        };
+        let has_turns = tables.contains("rotation_scale");
+        let turns = !has_turns || (is_near("rotation_mean") && is_near("rotation_scale"));
+        if turns && both("tip_radius").is_some_and(|(ours, theirs)| ours == theirs) {
+            return Ok(());
+        }
+        Err(TrainError::OtherModel { what: "rotations or tips lie otherwise in these trees" })
+    }
+
+    /// What is known of the model's networks, and of which trees they are where not of these.
+    pub(crate) fn reports(&self, set: &TrainingSet) -> BTreeMap<String, NetworkReport> {
+        let mut reports = self.report.networks.clone();
+        if set.data_hash != self.report.data_hash {
+            for network in reports.values_mut() {
+                network.data_hash.get_or_insert_with(|| self.report.data_hash.clone());
+            }
+        }
+        reports
+    }
+
+    /// The names of the networks that are kept.
+    pub(crate) fn networks(&self, kind: Kind) -> impl Iterator<Item = &'static str> {
+        let all = Network::all(kind).into_iter();
+        all.filter(|network| !self.only.contains(network)).map(Network::name)
+    }
+}
