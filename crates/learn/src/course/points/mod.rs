@@ -11,7 +11,7 @@ use deeptree_graph::signature::points::{
     self, CODE, HIDDEN, POINT_LEN, POINT_WIDTHS, SUMMARY_LEN, encode, summary,
 };
 use deeptree_graph::signature::situated::{
-    self, Branching, CLASSES, ROTATION_COMPONENTS, RotationContext, rotation_len,
+    self, Alignment, Branching, CLASSES, ROTATION_COMPONENTS, RotationContext, rotation_len,
 };
 use deeptree_graph::{BranchGraph, Draws, Lineage, MAX_CHILDREN, Purpose, Seed, Vec3};
 use deeptree_infer::{Mlp as Kernels, Model, ReadWeightsError, Scratch, SimdPath, Table, Weights};
@@ -348,11 +348,12 @@ impl Base {
         };
         situated::encode_rotation(node, &told.conditions, &context, rest);
         let (x, others) = targets.split_at_mut(ROTATION_COMPONENTS);
-        let (y, is_aligned) = others.split_at_mut(ROTATION_COMPONENTS);
+        let (y, flags) = others.split_at_mut(ROTATION_COMPONENTS);
         x.fill(child.turn.swing.x);
         y.fill(child.turn.swing.y);
-        let aligned = self.rotations.is_aligned(species, slot, child.turn);
-        is_aligned[0] = f32::from(u8::from(aligned));
+        let alignment = context.slot.alignment(child.turn.roll, node);
+        flags[0] = f32::from(u8::from(context.slot.is_aligned(alignment, child.turn)));
+        flags[1] = f32::from(u8::from(alignment == Alignment::Straight));
     }
 }
 
@@ -469,8 +470,14 @@ impl Course for Points<'_> {
                         None => -ln_class(outputs, target),
                         Some(slot) => {
                             let y = f64::from(target[ROTATION_COMPONENTS]);
-                            let aligned = target[2 * ROTATION_COMPONENTS] > 0.5;
-                            judge_swing(outputs, slot, f64::from(target[0]), y, aligned)
+                            let [is_aligned, is_straight] =
+                                [0, 1].map(|flag| target[2 * ROTATION_COMPONENTS + flag] > 0.5);
+                            let alignment = match is_straight {
+                                _ if slot > 0 => Alignment::Bud,
+                                true => Alignment::Straight,
+                                false => Alignment::Gravity,
+                            };
+                            judge_swing(outputs, alignment, f64::from(target[0]), y, is_aligned)
                         }
                     };
                     let row = i * outputs..(i + 1) * outputs;
