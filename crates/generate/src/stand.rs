@@ -7,7 +7,7 @@
 
 use deeptree_graph::signature::GROWTH_SPACE;
 use deeptree_graph::signature::competition::{Contender, REACH};
-use deeptree_graph::{Neighbourhood, Vec2, Vec3};
+use deeptree_graph::{Lineage, Neighbourhood, Purpose, Seed, Vec2, Vec3};
 use deeptree_infer::{Predictor, Workspace};
 use deeptree_scene::Site;
 #[cfg(feature = "parallel")]
@@ -17,6 +17,15 @@ use crate::growing::{Growing, Grown};
 use crate::{
     GenerateError, Generated, Germ, Limits, Request, density, germ_in_or_open, sprout, state,
 };
+
+/// Standard deviation of what a tree truly loses over what it is expected to: in the growth model's
+/// stands what is left unexplained grows with the shift, and is nearly the same for tips, nodes and
+/// branches (`scatter_nodes` of the network in the file beside the model). Without it stands would be
+/// too even, and would have too few nodes: the mean of a law of logarithms is not that of the nodes.
+const SCATTER: f64 = 0.3;
+
+/// How many of these a tree may be off.
+const MOST_LUCK: f64 = 2.5;
 
 /// A tree of a stand.
 #[derive(Clone, Copy, Debug)]
@@ -111,10 +120,17 @@ fn compete(
         let shift = competition.shift(&contenders[i], &others).map_err(overflow)?;
         let tip_radius = model.tip_radius(germ.species);
         let state = state::state(&germ.root, tip_radius);
-        let moved = std::array::from_fn(|k| state[k] + shift[k]);
+        let luck = luck(germ.seed);
+        let moved = std::array::from_fn(|k| state[k] + luck * shift[k]);
         germ.root = state::with_state(germ.root, tip_radius, &density::possible(moved));
     }
     Ok(())
+}
+
+/// What the expected shift of a tree is multiplied by: trees of the same chances fare differently.
+fn luck(seed: Seed) -> f64 {
+    let normal = seed.draws(Lineage::ROOT, Purpose::Competition).normal();
+    1.0 + SCATTER * normal.clamp(-MOST_LUCK, MOST_LUCK)
 }
 
 /// A tree of a stand on its way.

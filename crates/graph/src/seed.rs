@@ -62,6 +62,8 @@ pub enum Purpose {
     ChildReach = 37,
     /// How many nodes grow below the children of a node.
     ChildSize = 38,
+    /// How hard the trees around bear on a tree.
+    Competition = 39,
     /// Where the flutes of a trunk stand, and the long side of a branch's cross-section.
     CrossSection = 96,
     /// When a branch swings in the wind.

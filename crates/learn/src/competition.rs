@@ -32,6 +32,9 @@ const DECAY: f64 = 1e-3;
 /// Of the running average that is judged and written.
 const AVERAGE: f64 = 0.99;
 
+/// Number of ln nodes among the outputs.
+const NODES: usize = 1;
+
 /// Names of the figures, `r2_` and the number of the state: its share of the variance that is
 /// foreseen.
 const STATES: [&str; OUTPUTS] = [
@@ -214,7 +217,8 @@ fn deviations(trees: &[Rivalry]) -> [f64; OUTPUTS] {
     })
 }
 
-/// On the validation trees: mean squared error in deviations, and R² of each state.
+/// On the validation trees: mean squared error in deviations and R² of each state, and the part of
+/// the foreseen shift of ln nodes that trees are off, as roots of mean squares.
 fn judge(
     net: &Mlp,
     parameters: &[f32],
@@ -232,12 +236,14 @@ fn judge(
         let pairs = || said.iter().zip(truth).map(|(&a, &b)| (f64::from(a), f64::from(b)));
         let squares = pairs().map(|(a, b)| (a - b) * (a - b));
         let values = squares.chain(pairs().map(|(_, b)| b)).chain(pairs().map(|(_, b)| b * b));
-        tally.count(&values.collect::<Vec<_>>());
+        let foreseen = f64::from(said[NODES]) * f64::from(said[NODES]);
+        tally.count(&values.chain([foreseen]).collect::<Vec<_>>());
     }
-    let raw: Vec<String> = (0..3 * OUTPUTS).map(|i| i.to_string()).collect();
+    let raw: Vec<String> = (0..=3 * OUTPUTS).map(|i| i.to_string()).collect();
     let mut figures = tally.figures(&raw.iter().map(String::as_str).collect::<Vec<_>>());
     let means = std::mem::take(&mut figures.values);
     let mean = |i: usize| means.get(&raw[i]).copied().unwrap_or(f64::NAN);
+    figures.values.insert("scatter_nodes".into(), libm::sqrt(mean(NODES) / mean(3 * OUTPUTS)));
     for (i, name) in STATES.into_iter().enumerate() {
         let (error, first, second) = (mean(i), mean(OUTPUTS + i), mean(2 * OUTPUTS + i));
         figures.values.insert(format!("mse_{name}"), error);

@@ -59,9 +59,6 @@ impl Report {
 /// How one network was trained, and its figures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NetworkReport {
-    /// Tells the training data from other data; where they are not those of the whole model.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub data_hash: Option<String>,
     /// Widths of the layers, inputs first.
     pub sizes: Vec<usize>,
     /// Weights and biases.
@@ -74,6 +71,9 @@ pub struct NetworkReport {
     pub seconds: f64,
     /// Training samples a second.
     pub samples_per_second: f64,
+    /// Tells the training data from other data; where they are not those of the whole model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub data_hash: Option<String>,
     /// Figures of all validation trees.
     pub total: Figures,
     /// Figures by species.
@@ -96,6 +96,7 @@ pub struct NetworkReport {
 /// | `mse`, `mse_open` | outlook | mean squared error of all outputs, of trees in environments and in the open field; states in deviations of the species, offsets over 4 m |
 /// | `mse_<output>`, `r2_<output>` | outlook | of trees in environments: mean squared error, and what part of the variance is foreseen |
 /// | `mse_<state>`, `r2_<state>` | competition | mean squared error of the shift in its deviations, and what part of its variance is foreseen |
+/// | `scatter_nodes` | competition | root mean square of what ln nodes are off, over that of the foreseen shift |
 /// | `existence_mse` | joint | mean squared error of the probabilities of children |
 /// | `cosine_distance` | regressor, joint | mean 1 − cos of the quaternions |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use deeptree_cloud::ReadOptions;
-use deeptree_dataset::Corpus;
+use deeptree_dataset::{Corpus, STANDS_FILE, Stands};
 use deeptree_eval::{Row, TreeMetrics};
 use deeptree_graph::{Occupancy, Vec3};
 use deeptree_infer::{Model, Predictor};
@@ -16,7 +16,9 @@ use crate::{clouds, input, output, place, report};
 
 pub(crate) fn run(args: &Args, verb: &args::Info) -> Result<()> {
     let path = &verb.file;
-    let (figures, text) = if path.is_dir() {
+    let (figures, text) = if path.join(STANDS_FILE).exists() {
+        stands(path)?
+    } else if path.is_dir() {
         corpus(path)?
     } else if path.extension().is_some_and(|extension| extension == "safetensors") {
         model(path)?
@@ -192,4 +194,19 @@ fn corpus(path: &Path) -> Result<(Value, String)> {
         plan.profile,
     );
     Ok((figures, text))
+}
+
+fn stands(path: &Path) -> Result<(Value, String)> {
+    let corpus = Stands::open(path)?;
+    let plan = corpus.plan();
+    let hash = corpus.hash()?;
+    let text = format!(
+        "corpus of {} stands ({} for training) of {}, seeds from {}, profile {}, hash {hash}",
+        plan.stands,
+        plan.training_stands,
+        plan.species.join(", "),
+        plan.first_seed,
+        plan.profile,
+    );
+    Ok((json!({ "plan": plan, "hash": hash }), text))
 }

@@ -57,6 +57,9 @@ pub(super) mod training {
             [network] if network == "points" => return points::run(args, verb),
             _ => {}
         }
+        if !verb.only.is_empty() {
+            bail!(UsageError("--only competition is what can be trained by itself".to_owned()));
+        }
         let options = options(verb)?;
         let set = only_species(read(args, verb)?, &verb.species)?;
         let bars = Bars::new(args);

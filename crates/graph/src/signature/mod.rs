@@ -314,7 +314,8 @@ mod tests {
         // With an angle of its own, and upright: straight on or not at all.
         let angled = situated::Slot { mean: Vec2::new(0.0, 0.3), ..slot };
         assert_eq!(angled.alignment(0.0, parent), Alignment::Straight);
-        let upright = Node { orientation: Quat::from_rotation_x(1.5), ..*parent };
+        let mut upright = parent.clone();
+        upright.orientation = Quat::from_rotation_x(1.5);
         assert_eq!(slot.alignment(0.0, &upright), Alignment::Straight);
         let lateral = situated::Slot { roll_scale: 0.0, ..angled };
         assert_eq!(lateral.alignment(0.0, parent), Alignment::Bud);

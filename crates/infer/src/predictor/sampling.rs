@@ -183,7 +183,7 @@ mod tests {
             assert_eq!(split(&[0.0, bad, 0.0], 9, 2, 5, &mut draws(1)), None);
             let mut outputs = [0.0; ROTATION_OUTPUTS];
             outputs[..ROTATION_OUTPUTS].fill(bad);
-            assert_eq!(swing(&outputs, 1, &mut draws(1)), None);
+            assert_eq!(swing(&outputs, Alignment::Bud, &mut draws(1)), None);
         }
         assert_eq!(categorical(&[0.0, 1.0], |_| false, &mut draws(1)), None);
     }
