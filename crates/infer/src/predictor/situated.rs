@@ -44,7 +44,7 @@ pub(super) struct Situated {
     /// The law of lengths, by species and order.
     lengths: Table,
     /// What corrects the networks by the points around a node.
-    hearing: Option<Hearing>,
+    hearing: Option<Box<Hearing>>,
 }
 
 /// How often the swing of a child that would end below the ground or enter an obstacle is drawn,
@@ -158,14 +158,14 @@ impl Situated {
             slots,
             rolls,
             lengths,
-            hearing: Hearing::read(weights)?,
+            hearing: Hearing::read(weights)?.map(Box::new),
         })
     }
 
     pub(super) fn weight_count(&self) -> usize {
         let rotations: usize = self.rotations.iter().map(Mlp::weight_count).sum();
         let others = [&self.existence, &self.split, &self.reach, &self.size].map(Mlp::weight_count);
-        let hearing = self.hearing.as_ref().map_or(0, Hearing::weight_count);
+        let hearing = self.hearing.as_ref().map_or(0, |hearing| hearing.weight_count());
         others.iter().sum::<usize>() + rotations + hearing
     }
 
