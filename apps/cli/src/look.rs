@@ -15,7 +15,7 @@ pub(crate) struct LookArgs {
     /// such as --leaves=oak for a tree of a table [default: wood without a texture].
     #[arg(long, value_name = "SPECIES", num_args = 0..=1, require_equals = true)]
     leaves: Option<Option<String>>,
-    /// Leaves and textures of a season; in winter only pines have needles [default: summer].
+    /// Leaves and textures of a season; in winter all but pines are bare [default: summer].
     #[arg(long, value_name = "NAME", value_parser = season)]
     season: Option<Season>,
     /// How well the tree is, from 0 (dying: bare, yellow and dry) to 1; with leaves [default: 1].

@@ -216,6 +216,7 @@ impl<'a> Growing<'a> {
             sense: Sense { centre, outlook, near, wide, surround },
             settled,
             room: self.site.map(|site| site as &dyn Room),
+            points: None,
         }
     }
 

@@ -233,6 +233,7 @@ fn branchlets(
         sense: senses[id],
         settled: settled[id].as_ref(),
         room: None,
+        points: None,
     };
     let frontier: Vec<Active<'_>> = (0..tree.len()).map(active).collect();
     let mut branchlets = Vec::new();

@@ -20,6 +20,7 @@
 #![forbid(unsafe_code)]
 
 mod blend;
+mod cloud_index;
 pub mod codec;
 mod crowding;
 mod graph;
@@ -37,6 +38,7 @@ pub mod testing;
 mod traits;
 
 pub use blend::Share;
+pub use cloud_index::CloudIndex;
 pub use crowding::{Balance, Crowd, Neighbourhood, Sense, senses, senses_in};
 pub use glam::{Mat3, Quat, Vec2, Vec3};
 pub use graph::{BranchGraph, ChildSignature, MAX_CHILDREN, Node, NodeId, TreeInfo};

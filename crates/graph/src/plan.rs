@@ -36,6 +36,28 @@ impl Plan {
         Self { reach, nodes: self.nodes.clamp(least, most) }
     }
 
+    /// The nearest tips and plan that a node can have which branches so: for where tips and plan are
+    /// guessed. [`Plan::allows`] the branching then, if it [is ever
+    /// possible](Branching::is_ever_possible).
+    #[must_use]
+    pub fn bent_to(self, branching: Branching, tips: u32) -> (u32, Self) {
+        let (children, dropped) = (branching.children(), u32::from(branching.dropped));
+        if children == 0 {
+            return (dropped, Self::default());
+        }
+        let tips = tips.max(children + dropped);
+        let mut reach = self.reach.max(1);
+        while !branching.fits(tips, reach) && reach < u16::MAX {
+            reach += 1;
+        }
+        let (borne, further) = (tips - dropped, u32::from(reach) - 1);
+        let for_tips = borne.saturating_sub(children * MAX_CHILDREN as u32).div_ceil(2);
+        let least = further.max(for_tips);
+        let most = borne.saturating_mul(further).max(least);
+        let left = self.nodes.saturating_sub(children).clamp(least, most);
+        (tips, Self { reach, nodes: left.saturating_add(children) })
+    }
+
     /// Can a node of this plan and so many tips branch so? Beside what [`Branching::fits`] says: its
     /// children are among the nodes below it, one of them reaches as far as is left, and together
     /// they can bear the tips and the nodes.
@@ -79,6 +101,31 @@ mod tests {
     use super::*;
     use crate::signature::situated::CLASSES;
     use crate::testing::random_tree;
+
+    #[test]
+    fn a_plan_that_is_bent_allows_the_branching() {
+        for class in 0..CLASSES {
+            let branching = Branching::from_class(class);
+            assert_eq!(
+                branching.is_ever_possible(),
+                (1..10).any(|tips| branching.is_possible(tips)),
+                "{branching:?}"
+            );
+            if !branching.is_ever_possible() {
+                continue;
+            }
+            for tips in [1, 2, 5, 30, 4000] {
+                for (reach, nodes) in [(0, 0), (1, 1), (1, 50), (3, 4), (9, 2000), (60, 3)] {
+                    let (tips, plan) = Plan { reach, nodes }.bent_to(branching, tips);
+                    assert!(plan.allows(branching, tips), "{branching:?} {tips} {plan:?}");
+                }
+            }
+            let (tips, plan) = (1000, Plan { reach: 12, nodes: 900 });
+            if plan.allows(branching, tips) {
+                assert_eq!(plan.bent_to(branching, tips), (tips, plan));
+            }
+        }
+    }
 
     #[test]
     fn nodes_below_are_those_that_have_the_node_as_ancestor() {

@@ -16,6 +16,7 @@ mod competition;
 mod kernels;
 mod mlp;
 mod outlook;
+mod points;
 mod predictor;
 mod weights;
 

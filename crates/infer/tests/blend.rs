@@ -91,7 +91,18 @@ fn branchlets(model: &Model, species: usize) -> Vec<Branchlet> {
         let node = tree.node(id);
         let parent = node.parent.map(|id| tree.node(id));
         let (settled, room) = (None, None);
-        Active { node, parent, lineage, seed, tree: conditions, plan, sense, settled, room }
+        Active {
+            node,
+            parent,
+            lineage,
+            seed,
+            tree: conditions,
+            plan,
+            sense,
+            settled,
+            room,
+            points: None,
+        }
     };
     let frontier: Vec<Active<'_>> = (0..tree.len() as u32).map(active).collect();
     let mut branchlets = Vec::new();

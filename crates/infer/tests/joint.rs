@@ -51,6 +51,7 @@ fn children(weights: &Weights) -> [Option<ChildSignature>; MAX_CHILDREN] {
         sense,
         settled: None,
         room: None,
+        points: None,
     };
     let mut branchlets = Vec::new();
     model.branchlets(&[active], &mut Workspace::default(), &mut branchlets).unwrap();

@@ -110,11 +110,12 @@ struct Settings {
 pub(crate) fn open(
     folder: &Path,
     set: &TrainingSet,
+    data_hash: &str,
     options: &TrainOptions,
 ) -> Result<(), TrainError> {
     fs::create_dir_all(folder).map_err(|source| file_error("make", folder, source))?;
     let settings = Settings {
-        data_hash: set.data_hash.clone(),
+        data_hash: data_hash.to_owned(),
         species: set.species.clone(),
         training_trees: set.train.len(),
         options: options.clone(),

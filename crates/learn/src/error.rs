@@ -13,6 +13,10 @@ pub enum TrainError {
     NoTrees { part: &'static str },
     #[error("there are {trees} {part} trees, but the surroundings of {given}; give one for each")]
     SurroundingsCount { part: &'static str, trees: usize, given: usize },
+    #[error("there are {trees} {part} trees, but {given} scans; give one for each")]
+    ScanCount { part: &'static str, trees: usize, given: usize },
+    #[error("the scan of {part} tree {tree} does not name a node of the tree for each point")]
+    Scan { part: &'static str, tree: usize },
     #[error(
         "all training trees of species `{species}` have grown in environments; add some of the \
          open field"
@@ -65,6 +69,8 @@ pub enum TrainError {
     },
     #[error("cannot start a worker thread")]
     Worker(#[source] rayon::ThreadPoolBuildError),
+    #[error("the set's species are {found}; the model that is to hear of points knows {known}")]
+    OtherSpecies { found: String, known: String },
     #[error("the trained networks do not make a model file")]
     Model(#[from] deeptree_infer::ReadWeightsError),
     #[error("the settings or the report cannot be written as TOML")]

@@ -11,6 +11,9 @@
 //! | [`Kind::Joint`] | `joint` | the same from one network, which the paper compares its own with |
 //! | [`Kind::Paper`] | `classifier`, `regressor1` … `regressor3` | as published: which children exist, and their mean signatures |
 //!
+//! [`train_points`] adds networks to a model of kind `situated` that hear of the points around a
+//! node; the model itself stays as it is.
+//!
 //! Every network trains by itself, one thread each, several side by side. After each epoch its
 //! whole state goes into a checkpoint; a run that was cut off continues from there and ends with
 //! the same bits. Randomness is keyed by the seed: initial weights, the order of the samples and
@@ -33,6 +36,7 @@ mod order;
 mod progress;
 mod report;
 mod rotations;
+mod scan;
 mod set;
 mod surroundings;
 mod tables;
@@ -42,9 +46,10 @@ mod training;
 pub use competition::{Rivalries, Rivalry, train_competition};
 pub use device::Processor;
 pub use error::TrainError;
-pub use model::{TrainedModel, retrain, train};
+pub use model::{TrainedModel, retrain, train, train_points};
 pub use options::{Kind, NetworkOptions, TrainOptions};
 pub use progress::{Silent, TrainEvent, TrainProgress};
 pub use report::{Figures, NetworkReport, ReliabilityBin, Report};
+pub use scan::{Scan, Scans};
 pub use set::TrainingSet;
 pub use surroundings::Surroundings;

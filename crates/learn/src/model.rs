@@ -10,7 +10,7 @@ use deeptree_graph::Seed;
 use deeptree_infer::{Model, ReadWeightsError, Table, Weights, WeightsBuilder};
 
 use crate::checkpoint;
-use crate::course::{Course, Dense, Outlook};
+use crate::course::{Course, Dense, Outlook, Points};
 use crate::kept::Kept;
 use crate::mlp::Mlp;
 use crate::options::Schedule;
@@ -21,7 +21,7 @@ use crate::tables;
 use crate::tasks::{Lesson, Network};
 use crate::training::{Trainer, total};
 use crate::{
-    Kind, NetworkReport, TrainError, TrainEvent, TrainOptions, TrainProgress, TrainingSet,
+    Kind, NetworkReport, Scans, TrainError, TrainEvent, TrainOptions, TrainProgress, TrainingSet,
 };
 
 /// A model, and how it was made.
@@ -99,7 +99,7 @@ fn train_those(
             Some(Rotations::new(&train, set.species.len()))
         }
     };
-    checkpoint::open(checkpoints, set, options)?;
+    checkpoint::open(checkpoints, set, &set.data_hash, options)?;
 
     let lesson = |corpus| Lesson::new(corpus, set.species.len(), rotations.as_ref(), options);
     let run = Run { set, options, train: lesson(&train), validation: lesson(&validation), kept };
@@ -115,6 +115,62 @@ fn train_those(
     Ok(TrainedModel { weights, report })
 }
 
+/// Trains networks that hear of points, for a model of kind `situated`, which stays as it is; the
+/// result is that model with them, and its report with theirs.
+///
+/// The trees are best other ones than those that the model was trained on: the networks are told of
+/// trees that the model knows. See [`train`] on checkpoints.
+///
+/// # Errors
+///
+/// As [`train`]; and when the scans are not those of the trees, or the model does not know the set's
+/// species in their order.
+pub fn train_points(
+    set: &TrainingSet,
+    scans: &Scans,
+    (base, report): (&Weights, &Report),
+    options: &TrainOptions,
+    checkpoints: &Path,
+    progress: &dyn TrainProgress,
+) -> Result<(Vec<u8>, Report), TrainError> {
+    options.validate()?;
+    set.check()?;
+    scans.check(set)?;
+    if set.species != base.species() {
+        let [found, known] = [&set.species, base.species()].map(|names| names.join(", "));
+        return Err(TrainError::OtherSpecies { found, known });
+    }
+    let species = species_numbers("training", &set.train, &set.species)?;
+    let judged = species_numbers("validation", &set.validation, &set.species)?;
+    let data_hash = format!("{} for {}", set.data_hash, hexadecimal(base.sha256()));
+    checkpoint::open(checkpoints, set, &data_hash, options)?;
+    let device = options.device.device()?;
+    let course = Points::new(
+        base,
+        (&set.train, &scans.train, &species),
+        (&set.validation, &scans.validation, &judged),
+        options.batch,
+        Seed(options.seed),
+        device.clone(),
+    )?;
+    let own =
+        Finished::train(Network::Points, &course, set, options, &device, checkpoints, progress)?;
+    let mut model = WeightsBuilder::from_weights(base);
+    for (name, table) in &own.tensors {
+        model.table(name, table.clone());
+    }
+    let weights = model.to_bytes()?;
+    let mut report = report.clone();
+    report.seconds += own.report.seconds;
+    let data_hash = Some(set.data_hash.clone());
+    report.networks.insert(own.name.into(), NetworkReport { data_hash, ..own.report });
+    // What is written must be what inference reads.
+    report.weight_count = Model::from_bytes(&weights)?.weight_count();
+    (report.bytes, report.sha256) =
+        (weights.len(), hexadecimal(Weights::from_bytes(&weights)?.sha256()));
+    Ok((weights, report))
+}
+
 struct Run<'a> {
     set: &'a TrainingSet,
     options: &'a TrainOptions,
@@ -128,6 +184,46 @@ struct Finished {
     name: &'static str,
     tensors: Vec<(String, Table)>,
     report: NetworkReport,
+}
+
+impl Finished {
+    fn train(
+        network: Network,
+        course: &dyn Course,
+        set: &TrainingSet,
+        options: &TrainOptions,
+        device: &Device,
+        checkpoints: &Path,
+        progress: &dyn TrainProgress,
+    ) -> Result<Self, TrainError> {
+        let schedule = options.schedule(network, course.samples());
+        let batch = schedule.batch as f64;
+        let trainer = Trainer {
+            network,
+            course,
+            schedule,
+            seed: Seed(options.seed),
+            validation_samples: options.validation_samples,
+            device,
+            checkpoints,
+            progress,
+        };
+        let trained = trainer.run()?;
+        let named = set.species.iter().cloned().zip(&trained.tallies);
+        let report = NetworkReport {
+            sizes: course.sizes(),
+            weight_count: course.parameters(),
+            samples: course.samples(),
+            steps: trained.steps,
+            seconds: trained.seconds,
+            samples_per_second: trained.steps as f64 * batch / trained.seconds.max(1e-9),
+            data_hash: None,
+            total: course.figures(&total(&trained.tallies)),
+            species: named.map(|(name, tally)| (name, course.figures(tally))).collect(),
+        };
+        let tensors = course.tensors(&trained.parameters)?;
+        Ok(Self { name: network.name(), tensors, report })
+    }
 }
 
 impl Run<'_> {
@@ -173,33 +269,7 @@ impl Run<'_> {
     ) -> Result<Finished, TrainError> {
         let device = self.options.device.device()?;
         let course = self.course(network, device.clone());
-        let schedule = self.options.schedule(network, course.samples());
-        let batch = schedule.batch as f64;
-        let trainer = Trainer {
-            network,
-            course: &*course,
-            schedule,
-            seed: Seed(self.options.seed),
-            validation_samples: self.options.validation_samples,
-            device: &device,
-            checkpoints,
-            progress,
-        };
-        let trained = trainer.run()?;
-        let named = self.set.species.iter().cloned().zip(&trained.tallies);
-        let report = NetworkReport {
-            sizes: course.sizes(),
-            weight_count: course.parameters(),
-            samples: course.samples(),
-            steps: trained.steps,
-            seconds: trained.seconds,
-            samples_per_second: trained.steps as f64 * batch / trained.seconds.max(1e-9),
-            data_hash: None,
-            total: course.figures(&total(&trained.tallies)),
-            species: named.map(|(name, tally)| (name, course.figures(tally))).collect(),
-        };
-        let tensors = course.tensors(&trained.parameters)?;
-        Ok(Finished { name: network.name(), tensors, report })
+        Finished::train(network, &*course, self.set, self.options, &device, checkpoints, progress)
     }
 
     fn course(&self, network: Network, device: Device) -> Box<dyn Course + '_> {
@@ -263,6 +333,10 @@ impl Run<'_> {
             networks: reports,
         })
     }
+}
+
+fn hexadecimal(bytes: [u8; 32]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The results in the order of the networks, or the first error of them.

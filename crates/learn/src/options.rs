@@ -169,6 +169,20 @@ impl TrainOptions {
         }
     }
 
+    /// The settings of [`crate::train_points`] by default. `batch` counts all laws together.
+    #[must_use]
+    pub fn points() -> Self {
+        Self {
+            batch: 384,
+            epochs: 6,
+            steps_per_epoch: Some(500),
+            validation_samples: 1 << 11,
+            workers: 1,
+            networks: BTreeMap::new(),
+            ..Self::new(Kind::Situated)
+        }
+    }
+
     /// Checks that every setting is one that can be trained with.
     ///
     /// # Errors

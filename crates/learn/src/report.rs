@@ -90,6 +90,7 @@ pub struct NetworkReport {
 /// | `heir_predicted`, `heir_actual` | reach | share of heirs where it is asked, as predicted and in truth, over all questions |
 /// | `nll` | split, reach, size, rotation | mean −ln p of what happened, rotations in deviations |
 /// | `aligned_predicted`, `aligned_actual` | rotation | mean probability that a swing is aligned, share that is |
+/// | `<law>`, `<law>_without`, `<law>_base` | points | mean −ln p of trees that are known by a scan: of the networks that hear the points, of the same where no points are told, and of the model itself |
 /// | `accuracy`, `accuracy_all_three` | classifier, joint | share of children told right at 0.5; of nodes with all three right |
 /// | `mse` | classifier, regressor, joint | mean squared error; of thickness and length in m², but for the classifier |
 /// | `mse`, `mse_open` | outlook | mean squared error of all outputs, of trees in environments and in the open field; states in deviations of the species, offsets over 4 m |

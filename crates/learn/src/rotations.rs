@@ -3,6 +3,7 @@
 use deeptree_graph::signature::TreeConditions;
 use deeptree_graph::signature::situated::{ALIGNED, Slot, Turn, wrapped};
 use deeptree_graph::{MAX_CHILDREN, Node, Quat, Vec2};
+use deeptree_infer::{ReadWeightsError, Weights};
 
 use crate::set::Corpus;
 
@@ -38,6 +39,24 @@ impl Rotations {
             }
         }
         rotations
+    }
+
+    /// Those that a model was trained with.
+    pub(crate) fn of(weights: &Weights) -> Result<Self, ReadWeightsError> {
+        let species = weights.species().len();
+        let table = |name| weights.table(name, &[Some(species), Some(MAX_CHILDREN), Some(3)]);
+        let (means, scales) = (table("rotation_mean")?, table("rotation_scale")?);
+        let slot = |species: usize, slot: usize| {
+            let (mean, scale) = (&means.row(species)[3 * slot..], &scales.row(species)[3 * slot..]);
+            Slot {
+                mean: Vec2::from_slice(mean),
+                roll: mean[2],
+                scale: Vec2::from_slice(scale),
+                roll_scale: scale[2],
+            }
+        };
+        let slots = |species| std::array::from_fn(|number| slot(species, number));
+        Ok(Self { slots: (0..species).map(slots).collect() })
     }
 
     /// The turn of a child, in deviations of its slot.

@@ -20,7 +20,7 @@ pub enum Season {
     Summer,
     /// Leaves in the colours that the species turns to, some of them fallen.
     Autumn,
-    /// Bare but for evergreens.
+    /// Bare twigs but for evergreens.
     Winter,
 }
 

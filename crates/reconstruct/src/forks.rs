@@ -71,9 +71,9 @@ pub(crate) fn ln_likelihood(
 }
 
 /// A joint with two or more children that are no stubs.
-struct Fork {
-    joint: u32,
-    children: Vec<u32>,
+pub(crate) struct Fork {
+    pub(crate) joint: u32,
+    pub(crate) children: Vec<u32>,
 }
 
 /// A skeleton with what the networks are told of its joints.
@@ -163,7 +163,7 @@ impl<'a> View<'a> {
     }
 
     /// The forks of the skeleton.
-    fn forks(&self, skeleton: &Skeleton) -> Vec<Fork> {
+    pub(crate) fn forks(&self, skeleton: &Skeleton) -> Vec<Fork> {
         let long = |i: &u32| self.reach[*i as usize] > SHORT * self.internode;
         let fork = |(joint, children): (u32, Vec<u32>)| Fork {
             joint,
@@ -185,7 +185,7 @@ impl<'a> View<'a> {
     }
 
     /// Direction from a joint to an internode into one of its children.
-    fn towards(&self, joint: u32, child: u32) -> Vec3 {
+    pub(crate) fn towards(&self, joint: u32, child: u32) -> Vec3 {
         let ahead = self.position(self.above(child)) - self.position(joint);
         ahead.try_normalize().unwrap_or(Vec3::Y)
     }

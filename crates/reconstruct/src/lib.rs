@@ -99,6 +99,8 @@ pub struct Options<'a> {
     pub species: Option<String>,
     /// Let the networks grow what the scanner did not see.
     pub complete: bool,
+    /// Let the networks that grow it hear the points around each node, if they have learned to.
+    pub hear: bool,
     /// The seed of what is drawn.
     pub seed: Seed,
 }
@@ -112,6 +114,7 @@ impl Default for Options<'_> {
             prior: None,
             species: None,
             complete: false,
+            hear: true,
             seed: Seed(0),
         }
     }

@@ -8,12 +8,13 @@
 
 use deeptree_graph::signature::{TreeConditions, thickness_of, tip_count};
 use deeptree_graph::{
-    ChildSignature, Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, TreeInfo, Vec3,
+    ChildSignature, CloudIndex, Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, TreeInfo,
+    Vec3,
 };
 use deeptree_infer::{Active, Branchlet, Overflow, Predictor, Root, Workspace};
 
 /// Branchlets drawn for each joint that is asked.
-const DRAWS: usize = 16;
+pub(crate) const DRAWS: usize = 16;
 
 /// Nodes that go through the networks together.
 const BATCH: usize = 512;
@@ -65,6 +66,8 @@ pub(crate) struct Prior<'a> {
     seed: Seed,
     sense: Sense,
     neighbourhood: Neighbourhood,
+    /// The points, in the growth space; none until they are heard.
+    cloud: Option<CloudIndex>,
 }
 
 /// What is known of a tree's shape before the networks are asked; metres of the cloud.
@@ -103,7 +106,18 @@ impl<'a> Prior<'a> {
         joints.iter().for_each(|&joint| neighbourhood.add(joint * scale));
         let centre = joints.iter().sum::<Vec3>() / joints.len().max(1) as f32 * scale;
         let sense = Sense { centre, outlook: centre, ..Sense::default() };
-        Some(Self { model, conditions, scale, seed, sense, neighbourhood })
+        Some(Self { model, conditions, scale, seed, sense, neighbourhood, cloud: None })
+    }
+
+    /// Lets networks that have learned to hear of points hear of these, relative to the foot.
+    pub(crate) fn hear(&mut self, points: impl Iterator<Item = Vec3>) {
+        let points: Vec<Vec3> = points.map(|point| point * self.scale).collect();
+        self.cloud = self.model.hears_points().then(|| CloudIndex::new(&points));
+    }
+
+    /// Ends it.
+    pub(crate) fn hear_nothing(&mut self) {
+        self.cloud = None;
     }
 
     /// An internode of the networks, in metres of the cloud.
@@ -165,7 +179,7 @@ impl<'a> Prior<'a> {
         Ok(all)
     }
 
-    fn active<'n>(&self, asked: &Asked<'n>) -> Active<'n> {
+    fn active<'n>(&'n self, asked: &Asked<'n>) -> Active<'n> {
         let Asked { node, plan, lineage } = *asked;
         Active {
             node,
@@ -177,6 +191,7 @@ impl<'a> Prior<'a> {
             sense: self.sense(node.position),
             settled: None,
             room: None,
+            points: self.cloud.as_ref(),
         }
     }
 
@@ -250,6 +265,12 @@ struct Drawn {
     /// Its part of the cross-section of all children.
     share: f32,
     is_apical: bool,
+}
+
+/// The logarithm of how well a direction is that of one of some children: see [`KAPPA`].
+pub(crate) fn ln_agreement(children: &[Vec3], direction: Vec3) -> f32 {
+    let near = |child: &Vec3| libm::expf(KAPPA * (child.dot(direction) - 1.0));
+    libm::logf(children.iter().map(near).sum::<f32>() + FLOOR)
 }
 
 /// Where children are expected.

@@ -80,13 +80,19 @@ pub fn reconstruct(
     };
     let mut skeleton = skeleton(&points, &index, &foot, size);
     let mut work = Workspace::default();
-    let prior = prior(&skeleton, &points, options, &mut work)?;
+    let mut prior = prior(&skeleton, &points, options, &mut work)?;
     let left_out = skeleton.owner.iter().filter(|&&owner| owner == NONE).count();
     let mut completed = 0;
-    if let Some(prior) = prior.as_ref().filter(|_| options.complete) {
+    if let Some(prior) = prior.as_mut().filter(|_| options.complete) {
+        if options.hear {
+            let root = skeleton.joints[0].position;
+            prior.hear(points.iter().map(|&point| point - root));
+        }
         // What hangs lower than the points is no tree's.
         let bounds = complete::Bounds { low, high };
         completed = complete(&mut skeleton, prior, bounds, &mut work)?;
+        // Which child a branch goes on with, points do not say.
+        prior.hear_nothing();
     }
     let heirs = match &prior {
         Some(prior) => forks::apical(&skeleton, prior, &mut work)?,

@@ -108,6 +108,21 @@ fn the_same_cloud_gives_the_same_bits_on_any_thread_and_in_any_order_of_asking()
 }
 
 #[test]
+fn what_is_grown_hears_the_points_and_nothing_else_does() {
+    let (points, model) = (cloud(&tree("oak"), 8_000), model());
+    let make = |hear, complete| {
+        let prior = Some(&model as _);
+        reconstruct(&points, &Options { prior, complete, hear, ..Options::default() }).unwrap()
+    };
+    let (heard, deaf) = (make(true, true), make(false, true));
+    assert!(deeptree_infer::Predictor::hears_points(&model));
+    assert!(heard.tree != deaf.tree && heard.completed > 0);
+    // What points do not say is decided without them.
+    assert_eq!(make(true, false), make(false, false));
+    assert_sound(&heard);
+}
+
+#[test]
 fn networks_name_a_species_they_know_and_refuse_others() {
     let (points, model) = (cloud(&tree("oak"), 4_000), model());
     let prior = Some(&model as _);

@@ -1,6 +1,8 @@
 //! `train`: networks from a corpus.
 
 #[cfg(feature = "train")]
+mod points;
+#[cfg(feature = "train")]
 mod stands;
 
 use anyhow::Result;
@@ -41,7 +43,7 @@ pub(super) mod training {
     };
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-    use super::stands;
+    use super::{points, stands};
     use crate::args::{self, Args, UsageError};
     use crate::report;
     use crate::verbs::unknown_species;
@@ -50,10 +52,10 @@ pub(super) mod training {
         if verb.output.extension().is_none_or(|extension| extension != "safetensors") {
             bail!(UsageError(format!("{}: a model is a .safetensors file", verb.output.display())));
         }
-        if let [network] = &verb.only[..]
-            && network == "competition"
-        {
-            return stands::run(args, verb);
+        match &verb.only[..] {
+            [network] if network == "competition" => return stands::run(args, verb),
+            [network] if network == "points" => return points::run(args, verb),
+            _ => {}
         }
         let options = options(verb)?;
         let set = only_species(read(args, verb)?, &verb.species)?;
@@ -233,7 +235,7 @@ pub(super) mod training {
     }
 
     /// The corpora in memory, one set of the species of the first.
-    fn read(args: &Args, verb: &args::Train) -> Result<TrainingSet> {
+    pub(super) fn read(args: &Args, verb: &args::Train) -> Result<TrainingSet> {
         let open = |path: &PathBuf| {
             Corpus::open(path).with_context(|| format!("{} is no corpus", path.display()))
         };
@@ -294,7 +296,7 @@ pub(super) mod training {
         Ok(set)
     }
 
-    fn beside(path: &Path, suffix: &str) -> PathBuf {
+    pub(super) fn beside(path: &Path, suffix: &str) -> PathBuf {
         let mut name = path.as_os_str().to_owned();
         name.push(format!(".{suffix}"));
         name.into()

@@ -8,12 +8,13 @@
 //!   node's own frame, so that nothing depends on the yaw of the tree.
 //!
 //! [`outlook`] is what is read of a tree's environment as a whole, [`competition`] what is read of
-//! the trees around it.
+//! the trees around it, [`points`] what is heard of a cloud around a node.
 
 pub mod competition;
 pub mod inheritance;
 pub mod outlook;
 pub mod paper;
+pub mod points;
 pub mod situated;
 pub mod size;
 

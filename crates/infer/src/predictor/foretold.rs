@@ -71,6 +71,7 @@ impl<'a> KnownTree<'a> {
             sense: self.senses[id as usize],
             settled: None,
             room: None,
+            points: None,
         };
         let child = |id| KnownChild { node: self.tree.node(id), plan: plan(id) };
         Known { active, children: node.children.map(|id| id.map(child)) }

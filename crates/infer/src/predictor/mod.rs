@@ -10,13 +10,15 @@ mod settled;
 mod situated;
 
 use deeptree_graph::{
-    ChildSignature, Lineage, MAX_CHILDREN, Node, Plan, Room, Seed, Sense, signature::TreeConditions,
+    ChildSignature, CloudIndex, Lineage, MAX_CHILDREN, Node, Plan, Room, Seed, Sense,
+    signature::TreeConditions,
 };
 
 use crate::competition::Competition;
 use crate::kernels::{self, Full, Rows, SimdPath};
 use crate::mlp::{Mlp, Scratch};
 use crate::outlook::Outlook;
+use crate::points::Heard;
 use crate::weights::{ModelKind, ReadWeightsError, Weights};
 pub use foretold::{Chance, Foretold, Known, KnownChild, KnownTree, Rank};
 use joint::Joint;
@@ -47,6 +49,9 @@ pub struct Active<'a> {
     pub settled: Option<&'a Settled>,
     /// Where branches can go; none in the open field.
     pub room: Option<&'a dyn Room>,
+    /// The cloud that the tree is to be the tree of, in its frame; none where there is none. Counts
+    /// for models that have learned to hear of points.
+    pub points: Option<&'a CloudIndex>,
 }
 
 /// The children of a node, by slot.
@@ -77,6 +82,8 @@ pub struct Workspace {
     contexts: Features,
     /// Inputs of the network at work.
     inputs: Rows,
+    /// What is heard of points at the frontier's nodes.
+    heard: Option<Heard>,
 }
 
 /// Rows of features, with their zeros and without.
@@ -121,6 +128,7 @@ impl Workspace {
             nodes: Features::default(),
             contexts: Features::default(),
             inputs: Rows::default(),
+            heard: None,
         }
     }
 
@@ -199,6 +207,11 @@ pub trait Predictor: Sync {
         None
     }
 
+    /// Has the model learned to hear of points?
+    fn hears_points(&self) -> bool {
+        false
+    }
+
     /// What the model says the trees around make of a tree; `None` where it has learned nothing of
     /// stands.
     fn competition(&self) -> Option<&Competition> {
@@ -208,7 +221,7 @@ pub trait Predictor: Sync {
     /// Draws the branchlet of each node of the frontier into `branchlets`, in its order.
     ///
     /// The branchlet of a node depends on that node and its parent, its lineage, its plan, its
-    /// sense, what of it is settled, its room, its tree's seed and conditions only: neither on the
+    /// sense, what of it is settled, its room, the points around it, its tree's seed and conditions only: neither on the
     /// rest of the frontier nor on the path.
     ///
     /// # Errors
@@ -344,6 +357,13 @@ impl Predictor for Model {
 
     fn outlook(&self) -> Option<&Outlook> {
         self.outlook.as_ref()
+    }
+
+    fn hears_points(&self) -> bool {
+        match &self.networks {
+            Networks::Situated(networks) => networks.hears_points(),
+            Networks::Paper(_) | Networks::Joint(_) => false,
+        }
     }
 
     fn competition(&self) -> Option<&Competition> {

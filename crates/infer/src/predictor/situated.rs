@@ -26,6 +26,7 @@ use deeptree_graph::{ChildSignature, MAX_CHILDREN, Plan, Purpose, Vec2, Vec3};
 
 use super::{Active, Branchlet, Overflow, Workspace, network, roots, sampling};
 use crate::mlp::Mlp;
+use crate::points::{Hearing, corrected};
 use crate::weights::{ReadWeightsError, Table, Weights};
 
 #[derive(Clone, Debug)]
@@ -42,6 +43,8 @@ pub(super) struct Situated {
     rolls: Table,
     /// The law of lengths, by species and order.
     lengths: Table,
+    /// What corrects the networks by the points around a node.
+    hearing: Option<Hearing>,
 }
 
 /// How often the swing of a child that would end below the ground or enter an obstacle is drawn,
@@ -155,13 +158,26 @@ impl Situated {
             slots,
             rolls,
             lengths,
+            hearing: Hearing::read(weights)?,
         })
     }
 
     pub(super) fn weight_count(&self) -> usize {
         let rotations: usize = self.rotations.iter().map(Mlp::weight_count).sum();
         let others = [&self.existence, &self.split, &self.reach, &self.size].map(Mlp::weight_count);
-        others.iter().sum::<usize>() + rotations
+        let hearing = self.hearing.as_ref().map_or(0, Hearing::weight_count);
+        others.iter().sum::<usize>() + rotations + hearing
+    }
+
+    pub(super) const fn hears_points(&self) -> bool {
+        self.hearing.is_some()
+    }
+
+    /// Notes what is heard at the nodes of a frontier.
+    fn hear<'a>(&self, frontier: impl Iterator<Item = &'a Active<'a>>, work: &mut Workspace) {
+        let hearing = self.hearing.as_ref();
+        let places = frontier.map(|active| (active.node, active.points));
+        work.heard = hearing.and_then(|hearing| hearing.hear(work.path, places));
     }
 
     pub(super) fn branchlets(
@@ -174,6 +190,7 @@ impl Situated {
         let features = situated::len(species);
         let plans: Vec<(u32, Plan)> = frontier.iter().map(tips_and_plan).collect();
         work.encode(frontier, features, |i, active, row| encode(active, plans[i].1, species, row));
+        self.hear(frontier.iter(), work);
         let mut drafts = self.draw_branchings(frontier, &plans, work)?;
         self.draw_splits(features, frontier, work, &mut drafts)?;
         for slot in 0..MAX_CHILDREN {
@@ -195,7 +212,9 @@ impl Situated {
         plans: &[(u32, Plan)],
         work: &mut Workspace,
     ) -> Result<Vec<Draft>, Overflow> {
-        let logits = work.run_nodes(&self.existence);
+        let heard = work.heard.take();
+        let by = heard.as_ref().zip(self.hearing.as_ref().map(|hearing| &hearing.existence));
+        let logits = corrected(by, work.run_nodes(&self.existence), 0..frontier.len());
         let mut drafts = Vec::with_capacity(frontier.len());
         for (row, (active, logits)) in frontier.iter().zip(logits.chunks_exact(CLASSES)).enumerate()
         {
@@ -215,14 +234,21 @@ impl Situated {
                 continue;
             }
             let mut draws = active.seed.draws(active.lineage, Purpose::Existence);
+            // Where points are heard, the plan is a guess, which what they say may contradict.
+            let is_guess = heard.as_ref().is_some_and(|heard| heard.is_told(row));
             // What earlier draws have left may not be kept to the node.
             let allows = |class| plan.allows(Branching::from_class(class), tips);
             let is_kept = (0..CLASSES).any(allows);
             let fits = |class| Branching::from_class(class).fits(tips, plan.reach);
-            let possible = |class| if is_kept { allows(class) } else { fits(class) };
+            let possible = |class| match (is_guess, is_kept) {
+                (true, _) => Branching::from_class(class).is_ever_possible(),
+                (_, true) => allows(class),
+                (_, false) => fits(class),
+            };
             let class =
                 sampling::categorical(logits, possible, &mut draws).ok_or(Overflow { row })?;
             let branching = Branching::from_class(class);
+            let (tips, plan) = if is_guess { plan.bent_to(branching, tips) } else { (tips, plan) };
             if branching.children() > 0 {
                 let child_tips = [tips - u32::from(branching.dropped); MAX_CHILDREN];
                 drafts.push(Draft {
@@ -237,6 +263,7 @@ impl Situated {
                 });
             }
         }
+        work.heard = heard;
         Ok(drafts)
     }
 
@@ -392,6 +419,8 @@ impl Situated {
             .filter(|&i| drafts[i].branching.has(slot) && drafts[i].siblings[slot].is_none())
             .map(|i| (i, self.draw_roll(slot, &frontier[drafts[i].row])))
             .collect();
+        let heard = work.heard.take();
+        let by = heard.as_ref().zip(self.hearing.as_ref().map(|hearing| &hearing.rotations[slot]));
         let outputs = work.run(
             &self.rotations[slot],
             features,
@@ -414,6 +443,7 @@ impl Situated {
                 situated::encode_rotation(node, tree, &context, out);
             },
         );
+        let outputs = corrected(by, outputs, having.iter().map(|&(i, _)| drafts[i].row));
         for (&(i, roll), outputs) in having.iter().zip(outputs.chunks_exact(ROTATION_OUTPUTS)) {
             let draft = &mut drafts[i];
             let active = &frontier[draft.row];
@@ -436,6 +466,7 @@ impl Situated {
                 ..child
             });
         }
+        work.heard = heard;
         Ok(())
     }
 

@@ -67,7 +67,9 @@ impl Weights {
         let mut tables = BTreeMap::new();
         for (tensor, table) in &self.tables {
             let is_layer = tensor.ends_with(".weight") || tensor.ends_with(".bias");
-            let blended = if tensor.ends_with(".0.weight") {
+            // Nothing that hears of points reads a species.
+            let reads_species = !tensor.starts_with("points.");
+            let blended = if tensor.ends_with(".0.weight") && reads_species {
                 self.first_layer(tensor, table, &parts)?
             } else if tensor.starts_with("roots.") {
                 continue;

@@ -3,6 +3,7 @@
 
 mod dense;
 mod outlook;
+mod points;
 
 use burn::tensor::Tensor;
 use deeptree_graph::Draws;
@@ -10,6 +11,7 @@ use deeptree_infer::{ReadWeightsError, Table};
 
 pub(crate) use dense::Dense;
 pub(crate) use outlook::Outlook;
+pub(crate) use points::Points;
 
 use crate::report::{Figures, Tally};
 

@@ -96,6 +96,13 @@ impl Task for Existence<'_> {
     }
 }
 
+/// ln p of the class that is the case.
+pub(crate) fn ln_class(outputs: &[f32], targets: &[f32]) -> f64 {
+    let (label, possible) = targets.split_at(CLASSES);
+    let class = label.iter().position(|&x| x > 0.5).unwrap_or(0);
+    probabilities(outputs, possible)[class].max(f64::MIN_POSITIVE).ln()
+}
+
 /// Softmax of the possible classes.
 fn probabilities(outputs: &[f32], possible: &[f32]) -> [f64; CLASSES] {
     let mut p: [f64; CLASSES] =

@@ -14,7 +14,7 @@ use burn::tensor::Tensor;
 pub(crate) use classifier::noise_draws;
 use deeptree_graph::signature::{TreeConditions, situated};
 use deeptree_graph::{Draws, MAX_CHILDREN};
-#[cfg(test)]
+pub(crate) use existence::ln_class;
 pub(crate) use rotation::judge as judge_swing;
 #[cfg(test)]
 pub(crate) use split::bin_probability;
@@ -34,6 +34,8 @@ pub(crate) enum Network {
     Size,
     /// Of whole trees; it learns in a course of its own.
     Outlook,
+    /// All that hear of points; they learn in a course of their own.
+    Points,
     /// Of the child in a slot.
     Rotation(usize),
     Classifier,
@@ -68,6 +70,7 @@ impl Network {
             Self::Reach => "reach",
             Self::Size => "size",
             Self::Outlook => "outlook",
+            Self::Points => "points",
             Self::Rotation(slot) => ROTATIONS[slot],
             Self::Classifier => "classifier",
             Self::Regressor(slot) => REGRESSORS[slot],
@@ -85,6 +88,7 @@ impl Network {
             Self::Size => 7,
             // And 9, for its trees of the open field.
             Self::Outlook => 8,
+            Self::Points => 10,
             Self::Classifier => 11,
             Self::Regressor(slot) => 12 + slot as u64,
             Self::Joint => 21,
@@ -99,6 +103,8 @@ impl Network {
             Self::Rotation(0) => &[96, 96],
             Self::Rotation(_) => &[80, 80],
             Self::Outlook => &[48],
+            // Theirs are set beside what they read.
+            Self::Points => &[],
             // Four networks of 160-160-160 have the 913 kB of the paper.
             Self::Classifier | Self::Regressor(_) | Self::Joint => &[160, 160, 160],
         }
@@ -190,7 +196,9 @@ impl<'a> Lesson<'a> {
             (Network::Rotation(_), None) => {
                 unreachable!("kind `situated`, which has these networks, has their tables")
             }
-            (Network::Outlook, _) => unreachable!("it learns of trees, not of nodes"),
+            (Network::Outlook | Network::Points, _) => {
+                unreachable!("they learn in courses of their own")
+            }
         }
     }
 

@@ -56,6 +56,13 @@ impl Branching {
         }
     }
 
+    /// Is there a number of tips with which a node can branch so?
+    #[must_use]
+    pub const fn is_ever_possible(self) -> bool {
+        let (children, dropped) = (self.children(), self.dropped as u32);
+        children + dropped > 0 && children + dropped <= MAX_CHILDREN as u32
+    }
+
     /// Can a node of `tips` tips and this reach branch so? A node of reach 0 has no children, any
     /// other one has, and children of one less can bear what is not dropped.
     ///

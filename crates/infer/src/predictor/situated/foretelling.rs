@@ -12,6 +12,7 @@ use deeptree_graph::signature::tip_count;
 use deeptree_graph::{MAX_CHILDREN, Node, Plan};
 
 use super::{Situated, encode, tips_and_plan};
+use crate::points::corrected;
 use crate::predictor::foretold::{Chance, Foretold, Known};
 use crate::predictor::{Overflow, Workspace, laws};
 
@@ -89,6 +90,7 @@ impl Situated {
         work.encode(&truths, features, |_, truth, row| {
             encode(&truth.known.active, truth.plan, species, row);
         });
+        self.hear(known.iter().map(|known| &known.active), work);
         let mut all = self.foretell_branchings(&truths, work)?;
         self.foretell_splits(features, &truths, work, &mut all)?;
         self.foretell_reaches(features, &truths, work, &mut all)?;
@@ -111,10 +113,16 @@ impl Situated {
         truths: &[Truth<'_>],
         work: &mut Workspace,
     ) -> Result<Vec<Foretold>, Overflow> {
-        let logits = work.run_nodes(&self.existence);
+        let heard = work.heard.take();
+        let by = heard.as_ref().zip(self.hearing.as_ref().map(|hearing| &hearing.existence));
+        let logits = corrected(by, work.run_nodes(&self.existence), 0..truths.len());
         let foretell = |(truth, logits): (&Truth<'_>, &[f32])| {
             let (tips, plan) = (truth.own_tips, truth.plan);
-            let possible = |class| plan.allows(Branching::from_class(class), tips);
+            let is_guess = heard.as_ref().is_some_and(|heard| heard.is_told(truth.row));
+            let possible = |class| match Branching::from_class(class) {
+                branching if is_guess => branching.is_ever_possible(),
+                branching => plan.allows(branching, tips),
+            };
             let odds = laws::softmax(logits, possible).ok_or(Overflow { row: truth.row })?;
             let child = |slot| {
                 let classes = (0..CLASSES).filter(|&class| Branching::from_class(class).has(slot));
@@ -126,7 +134,9 @@ impl Situated {
                 ..Foretold::default()
             })
         };
-        truths.iter().zip(logits.chunks_exact(CLASSES)).map(foretell).collect()
+        let all = truths.iter().zip(logits.chunks_exact(CLASSES)).map(foretell).collect();
+        work.heard = heard;
+        all
     }
 
     fn foretell_splits(
@@ -253,6 +263,8 @@ impl Situated {
                 Some(Asked { truth, branching, slot, what })
             })
             .collect();
+        let heard = work.heard.take();
+        let by = heard.as_ref().zip(self.hearing.as_ref().map(|hearing| &hearing.rotations[slot]));
         let outputs = work.run(
             &self.rotations[slot],
             features,
@@ -275,6 +287,7 @@ impl Situated {
                 situated::encode_rotation(active.node, &active.tree, &context, out);
             },
         );
+        let outputs = corrected(by, outputs, asked.iter().map(|asked| asked.truth.row));
         for (Asked { truth, what, .. }, outputs) in
             asked.iter().zip(outputs.chunks_exact(ROTATION_OUTPUTS))
         {
@@ -287,6 +300,7 @@ impl Situated {
             foretold.aligned[slot] = Some(chance);
             (foretold.swings_x[slot], foretold.swings_y[slot]) = (x, y);
         }
+        work.heard = heard;
         Ok(())
     }
 

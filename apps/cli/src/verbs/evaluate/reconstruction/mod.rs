@@ -11,12 +11,12 @@ use deeptree_reconstruct::Options;
 use super::study::Study;
 
 /// The ways to reconstruct that are compared.
-const WAYS: [&str; 3] = ["geometry", "networks", "completed"];
+const WAYS: [&str; 4] = ["geometry", "networks", "completed", "hearing points"];
 
 /// How each of them reads a cloud.
 fn options(way: usize, model: &Model) -> Options<'_> {
     let prior = (way > 0).then_some(model as _);
-    Options { prior, complete: way == 2, ..Options::default() }
+    Options { prior, complete: way >= 2, hear: way == 3, ..Options::default() }
 }
 
 pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
@@ -27,8 +27,9 @@ pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
     };
     chapter.text(
         "geometry: without networks (--no-prior). networks: the networks say of which species the \
-         tree is, and which child of a fork its branch goes on with. completed: they also grow what \
-         the scanner did not see (--complete).",
+         tree is, and which child of a fork its branch goes on with. hearing points: they also grow \
+         what the scanner did not see (--complete), and hear the points around each node. completed: \
+         the same by networks that hear nothing.",
     );
     real::say(study, model, &mut chapter)?;
     simulated::say(study, model, &mut chapter)?;

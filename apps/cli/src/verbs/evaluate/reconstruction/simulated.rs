@@ -45,7 +45,7 @@ impl Measured {
 struct OfSpecies {
     species: String,
     /// By scan and way.
-    scans: Vec<[Measured; 3]>,
+    scans: Vec<[Measured; WAYS.len()]>,
 }
 
 /// Tells how near the trees are to the true ones.
@@ -70,7 +70,7 @@ fn measure(
     model: &Model,
     species: &Species,
     seed: u64,
-) -> Result<[Measured; 3]> {
+) -> Result<[Measured; WAYS.len()]> {
     let truth = trees::grown(study, species, seed)?.tree;
     let surface = wood(&truth, &WoodOptions::default());
     let cloud = scan(&Target::new(&truth, &surface, &[]), &Pattern::paper(), Seed(seed));
@@ -78,7 +78,7 @@ fn measure(
     let [x, y, z] = cloud.origin.map(|c| c as f32);
     let origin = deeptree_graph::Vec3::new(x, y, z);
     let of_truth = Figures::of(&truth);
-    let mut measured: [Measured; 3] = Default::default();
+    let mut measured: [Measured; WAYS.len()] = Default::default();
     for (way, out) in measured.iter_mut().enumerate() {
         let made = reconstruct(&cloud.points, &options(way, model))?;
         let moved = made.tree.clone().moved(made.foot + origin);
