@@ -53,9 +53,9 @@ impl CloudIndex {
     pub fn around(&self, place: Vec3, out: &mut Vec<Vec3>) {
         out.clear();
         let [y, z, x] = cell(place);
-        for y in [y.saturating_sub(1), y, y.saturating_add(1)] {
-            for z in [z.saturating_sub(1), z, z.saturating_add(1)] {
-                let span = self.span([y, z, x.saturating_sub(1)], [y, z, x.saturating_add(1)]);
+        for y in [y - 1, y, y + 1] {
+            for z in [z - 1, z, z + 1] {
+                let span = self.span([y, z, x - 1], [y, z, x + 1]);
                 let near = |point: &&Vec3| point.distance_squared(place) <= RADIUS * RADIUS;
                 out.extend(self.points[span].iter().filter(near));
             }
@@ -79,9 +79,11 @@ impl CloudIndex {
     }
 }
 
-/// The cell of a place by y, z and x, so that the cells of a row stand side by side.
+/// The cell of a place by y, z and x, so that the cells of a row stand side by side. What is beyond
+/// a billion cells shares the last, so that every cell has others on both sides.
 fn cell(place: Vec3) -> [i32; 3] {
-    let IVec3 { x, y, z } = (place / CELL).floor().as_ivec3();
+    let most = Vec3::splat(1e9);
+    let IVec3 { x, y, z } = (place / CELL).floor().clamp(-most, most).as_ivec3();
     [y, z, x]
 }
 
