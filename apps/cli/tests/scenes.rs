@@ -114,10 +114,9 @@ fn trees_of_the_networks_crowd_each_other_at_their_places() {
     desk.ok(&[&stand[..], &["-o", "folder"]].concat());
     assert!(desk.path("folder/maple-1.glb").exists() && desk.path("folder/tulip-2.glb").exists());
 
-    let with = |more: &[&str]| {
-        ["generate", "--stand", "plan.csv"].iter().chain(more).copied().collect::<Vec<_>>()
+    let fails = |more: &[&str], code, part| {
+        desk.fails(&[&["generate", "--stand", "plan.csv"][..], more].concat(), code, part);
     };
-    let fails = |more: &[&str], code, part| desk.fails(&with(more), code, part);
     fails(&["-o", "a.csv"], FAILED, "line 1: it names no species");
     fails(&["maple", "-o", "trees", "--format", "dtree"], USAGE, "a .dtree holds a tree by itself");
     fails(&["maple", "-o", "a.glb"], USAGE, "do not fit into one .glb file");
