@@ -12,7 +12,7 @@ use deeptree_graph::{
 };
 use deeptree_infer::{Active, Branchlet, Model, Predictor, SimdPath, Weights, Workspace};
 use deeptree_learn::{
-    Kind, NetworkOptions, Scan, Scans, Silent, TrainError, TrainOptions, TrainedModel, TrainingSet,
+    Kind, NetworkOptions, Report, Scan, Scans, Silent, TrainError, TrainOptions, TrainingSet,
     train, train_points,
 };
 
