@@ -403,7 +403,8 @@ pub(crate) struct Train {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) trees: Option<u32>,
     /// Train these networks only, separated by commas, and keep the others of --model: for a change
-    /// that no other network learns anything of. The network `competition` is only trained so, from
+    /// that no other network learns anything of. The networks `competition` (from corpora of stands)
+    /// and `points` (from a corpus with scans) are only trained so, each by itself. The network `competition` is only trained so, from
     /// corpora of stands.
     #[arg(long, value_name = "LIST", value_delimiter = ',', requires = "model")]
     pub(crate) only: Vec<String>,

@@ -3,7 +3,7 @@
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use deeptree_export::gltf::{self, Document, Level};
 use deeptree_export::{Subject, Unfolding, obj, ply, usd, write_atomically};
 use deeptree_graph::{BranchGraph, Seed};
@@ -103,6 +103,11 @@ pub(crate) fn save(tree: &BranchGraph, args: &MeshArgs, format: Format, path: &P
     if format.is_gltf() && lods == Lods::One {
         let shapes = shapes(tree, args)?;
         return save_document(with_levels(tree, &shapes, args)?, format, path);
+    }
+    if args.impostor.is_some() && format == Format::Ply {
+        bail!(UsageError(
+            "a .ply has no pictures; take .obj, .usda, .usdz or .glb for --impostor".into()
+        ));
     }
     for lod in LEVELS {
         let shape = Shape::new(tree, args, lod)?;

@@ -2,8 +2,9 @@
 //!
 //! All trees go on to their next level at once, so that each node sees what all trees have grown so
 //! far. A tree counts the nodes of the others in a neighbourhood of its own and in its own frame:
-//! the bits of a tree do not depend on where the stand lies, on the order in which its trees are
-//! named, or on the number of threads, and a tree that no other reaches is the same as by itself.
+//! the bits of a tree do not depend on the order in which the trees are named, or on the number of
+//! threads, nor on where the stand lies as far as floats tell the distances alike; and a tree that no
+//! other reaches is the same as by itself.
 
 use deeptree_graph::signature::GROWTH_SPACE;
 use deeptree_graph::signature::competition::{Contender, REACH};

@@ -48,8 +48,8 @@ impl CloudIndex {
         self.points.is_empty()
     }
 
-    /// The points within [`RADIUS`] of a place, at most [`MOST_POINTS`] of them: of more, evenly
-    /// many of each cell. Replaces what `out` holds.
+    /// The points within [`RADIUS`] of a place, at most [`MOST_POINTS`] of them: of more, some
+    /// evenly spread over them in the order of cells. Replaces what `out` holds.
     pub fn around(&self, place: Vec3, out: &mut Vec<Vec3>) {
         out.clear();
         let [y, z, x] = cell(place);

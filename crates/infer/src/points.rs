@@ -77,10 +77,13 @@ impl Hearing {
         let (mut scratch, mut near, mut rows) = (Scratch::new(), Vec::new(), Vec::new());
         for (node, cloud) in nodes {
             heard.stands.push(cloud.is_some());
+            let Some(cloud) = cloud else {
+                // Nobody reads it.
+                heard.told.extend([0.0; TOLD]);
+                continue;
+            };
             near.clear();
-            if let Some(cloud) = cloud {
-                cloud.around(node.position, &mut near);
-            }
+            cloud.around(node.position, &mut near);
             let largest = self.largest(path, node, &near, &mut rows, &mut scratch);
             let code = self.code.forward(path, &largest, &mut scratch);
             heard.told.extend(code.iter().map(|&x| if x > 0.0 { x } else { 0.0 }));

@@ -19,6 +19,11 @@ const SPECIES: [&str; 3] = ["beech", "oak", "willow"];
 
 /// A model of kind `situated` with a hidden layer in each network.
 fn weights() -> Weights {
+    weights_of(false)
+}
+
+/// The same, but for apical shoots of beeches that perhaps have no angle of their own.
+fn weights_of(straight_beeches: bool) -> Weights {
     let mut draws = draws(11);
     let mut builder = WeightsBuilder::new(ModelKind::Situated, SPECIES);
     let features = situated::len(SPECIES.len());
@@ -40,7 +45,10 @@ fn weights() -> Weights {
     }
     let mut table = |name: &str, shape: &[usize], least: f32| {
         let random = values(&mut draws, shape.iter().product(), 0.2);
-        let above = random.into_iter().map(|x| least + x.abs()).collect();
+        let mut above: Vec<f32> = random.into_iter().map(|x| least + x.abs()).collect();
+        if straight_beeches && name == "rotation_mean" {
+            above[..2].fill(0.0);
+        }
         builder.table(name, Table::new(shape.to_vec(), above).unwrap());
     };
     let species = SPECIES.len();
@@ -124,6 +132,23 @@ fn a_blend_of_one_species_is_that_species_bit_for_bit() {
         assert!(branchlets(&alone, 0) == expected, "{name}");
         assert!(expected.iter().any(|branchlet| branchlet.children.iter().any(Option::is_some)));
     }
+}
+
+#[test]
+fn no_apical_shoot_is_aligned_between_species_that_align_it_otherwise() {
+    // How far the logit of the aligned law is above the greatest of the components.
+    let above = |weights: &Weights, shares: &[Share]| {
+        let blend = weights.blend(shares).unwrap().mlp("rotation1").unwrap();
+        let (inputs, mut scratch) = (values(&mut draws(6), blend.inputs(), 1.0), Scratch::new());
+        let said = blend.forward(SimdPath::detect(), &inputs, &mut scratch);
+        let components = &said[..situated::ROTATION_COMPONENTS];
+        let greatest = components.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        said[situated::ROTATION_COMPONENTS] - greatest
+    };
+    let oaks_and_beeches = [share(0, 1), share(1, 1)];
+    assert!(above(&weights(), &oaks_and_beeches) > -50.0);
+    assert!(above(&weights_of(true), &[share(0, 1)]) > -50.0);
+    assert!(above(&weights_of(true), &oaks_and_beeches) < -500.0);
 }
 
 #[test]

@@ -101,7 +101,7 @@ pub fn train_competition(
     let seconds = start.elapsed().as_secs_f64();
     let samples_per_second = (STEPS * BATCH as u64) as f64 / seconds.max(1e-9);
     report.networks.insert(NAME.into(), NetworkReport { seconds, samples_per_second, ..network });
-    report.seconds += seconds;
+    report.seconds = report.networks.values().map(|one| one.seconds).sum();
     (report.weight_count, report.bytes) = (weight_count, bytes.len());
     report.sha256 = hash.iter().map(|byte| format!("{byte:02x}")).collect();
     Ok((bytes, report))

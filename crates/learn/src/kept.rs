@@ -58,9 +58,12 @@ impl<'a> Kept<'a> {
         let scales = self.model.any_table("rotation_scale").map_or(&[][..], Table::values);
         let is_near = |name| {
             let Some((ours, theirs)) = both(name) else { return false };
-            let all = ours.iter().zip(theirs).zip(scales);
-            ours.len() == theirs.len()
-                && all.into_iter().all(|((a, b), scale)| (a - b).abs() <= NEAR * scale.max(0.01))
+            let mut all = ours.iter().zip(theirs).zip(scales);
+            // What is exactly aligned depends on whether a slot has a mean swing at all.
+            let is_near = |a: f32, b: f32, scale: f32| {
+                (a - b).abs() <= NEAR * scale.max(0.01) && (a == 0.0) == (b == 0.0)
+            };
+            ours.len() == theirs.len() && all.all(|((&a, &b), &scale)| is_near(a, b, scale))
         };
         let has_turns = tables.contains("rotation_scale");
         let turns = !has_turns || (is_near("rotation_mean") && is_near("rotation_scale"));
@@ -85,7 +88,7 @@ impl<'a> Kept<'a> {
     pub(crate) fn networks(&self, kind: Kind) -> impl Iterator<Item = &'static str> {
         let all = Network::all(kind).into_iter();
         let nodes = all.filter(|network| !self.only.contains(network)).map(Network::name);
-        // It learns from other trees, so it is never among those that are trained here.
-        nodes.chain([competition::NAME])
+        // These learn from other trees, so they are never among those that are trained here.
+        nodes.chain([competition::NAME, Network::Points.name()])
     }
 }

@@ -161,9 +161,9 @@ pub fn train_points(
     }
     let weights = model.to_bytes()?;
     let mut report = report.clone();
-    report.seconds += own.report.seconds;
     let data_hash = Some(set.data_hash.clone());
     report.networks.insert(own.name.into(), NetworkReport { data_hash, ..own.report });
+    report.seconds = report.networks.values().map(|one| one.seconds).sum();
     // What is written must be what inference reads.
     report.weight_count = Model::from_bytes(&weights)?.weight_count();
     (report.bytes, report.sha256) =

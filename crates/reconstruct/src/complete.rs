@@ -175,11 +175,13 @@ fn turned(sprout: &Sprout) -> impl Iterator<Item = Node> + '_ {
 
 /// The children that enough of the branchlets have, the most likely first.
 fn consensus(sprout: &Sprout, nodes: &[Node], branchlets: &[Branchlet]) -> Vec<Sprout> {
-    let weight = |(node, branchlet): (&Node, &Branchlet)| {
+    let ln_weight = |(node, branchlet): (&Node, &Branchlet)| -> f32 {
         let fronts: Vec<Vec3> = fronts(node, branchlet).map(|(_, front)| front).collect();
-        libm::expf(sprout.seen.iter().map(|&seen| ln_agreement(&fronts, seen)).sum())
+        sprout.seen.iter().map(|&seen| ln_agreement(&fronts, seen)).sum()
     };
-    let weights: Vec<f32> = nodes.iter().zip(branchlets).map(weight).collect();
+    let ln_weights: Vec<f32> = nodes.iter().zip(branchlets).map(ln_weight).collect();
+    let most = ln_weights.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let weights: Vec<f32> = ln_weights.iter().map(|ln| libm::expf(ln - most)).collect();
     let all: f32 = weights.iter().sum();
     let mut children: Vec<(usize, Sprout)> = Vec::new();
     for (draw, (node, branchlet)) in nodes.iter().zip(branchlets).enumerate() {

@@ -174,8 +174,13 @@ impl Situated {
     }
 
     /// Notes what is heard at the nodes of a frontier.
-    fn hear<'a>(&self, frontier: impl Iterator<Item = &'a Active<'a>>, work: &mut Workspace) {
-        let hearing = self.hearing.as_ref();
+    fn hear<'a>(
+        &self,
+        frontier: impl Iterator<Item = &'a Active<'a>> + Clone,
+        work: &mut Workspace,
+    ) {
+        let is_any = frontier.clone().any(|active| active.points.is_some());
+        let hearing = self.hearing.as_ref().filter(|_| is_any);
         let places = frontier.map(|active| (active.node, active.points));
         work.heard = hearing.and_then(|hearing| hearing.hear(work.path, places));
     }

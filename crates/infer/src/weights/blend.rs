@@ -7,10 +7,15 @@
 //! the laws (Agueh and Carlier 2011). Roots are taken from all the species in their parts, each
 //! scaled so that the mean of its species becomes the weighted mean of all.
 //!
+//! One law does not blend: an apical shoot is exactly aligned where it swings about the level axis, or,
+//! in species whose shoots have an angle of their own, where it does not swing at all. Between the two
+//! nothing is.
+//!
 //! It is an interpolation of what the networks have learned; nothing of the kind was ever grown.
 
 use std::collections::BTreeMap;
 
+use deeptree_graph::signature::situated::ROTATION_COMPONENTS;
 use deeptree_graph::{Share, TreeTraits};
 
 use super::{ModelKind, ReadWeightsError, Table, Weights};
@@ -22,6 +27,9 @@ const LENGTH: usize = 5;
 const AGE: usize = 6;
 const GRAVITROPISM: usize = 7;
 const TRAITS: usize = ROOT_COLUMNS - TreeTraits::COUNT;
+
+/// What a logit loses that shall be that of nothing.
+const NEVER: f32 = 1e3;
 
 /// Why species cannot be blended.
 #[derive(Debug, thiserror::Error)]
@@ -40,6 +48,23 @@ pub enum BlendError {
     Kind { kind: ModelKind },
     #[error(transparent)]
     Weights(#[from] ReadWeightsError),
+}
+
+/// Takes the aligned law of apical swings out of their mixture: its logit sinks below all others.
+fn never_aligned(tables: &mut BTreeMap<String, Table>) {
+    let layers = tables.keys().filter(|name| is_bias_of_apical_swings(name));
+    // Ten layers would sort otherwise; there are three.
+    let Some(last) = layers.max().cloned() else { return };
+    let Some(bias) = tables.get(&last) else { return };
+    let mut values = bias.values().to_vec();
+    values[ROTATION_COMPONENTS] -= NEVER;
+    if let Ok(bias) = Table::new(bias.shape().to_vec(), values) {
+        tables.insert(last, bias);
+    }
+}
+
+fn is_bias_of_apical_swings(tensor: &str) -> bool {
+    tensor.starts_with("rotation1.") && tensor.ends_with(".bias")
 }
 
 /// A species of a blend.
@@ -81,9 +106,20 @@ impl Weights {
             };
             tables.insert(tensor.clone(), blended);
         }
+        if self.align_otherwise(&parts)? {
+            never_aligned(&mut tables);
+        }
         let tip_radius = self.table("tip_radius", &[Some(self.species.len())])?.values();
         tables.insert(format!("roots.{name}"), blend_roots(&parts, tip_radius)?);
         Ok(Self { kind: self.kind, species: vec![name], tables, sha256: self.sha256 })
+    }
+
+    /// Are apical shoots aligned in one way in some of these species, and in another in the others?
+    fn align_otherwise(&self, parts: &[Part<'_>]) -> Result<bool, ReadWeightsError> {
+        let means = self.table("rotation_mean", &[Some(self.species.len()), None, None])?;
+        // Of the first slot; the mean swing stands before the roll.
+        let has_mean = |part: &Part<'_>| means.row(part.number)[..2] != [0.0; 2];
+        Ok(parts.iter().any(has_mean) && !parts.iter().all(has_mean))
     }
 
     /// What a blend is called: `oak:0.7,willow:0.3`.

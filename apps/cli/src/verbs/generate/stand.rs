@@ -14,8 +14,10 @@ use crate::batch::{self, Made};
 use crate::format::Format;
 use crate::output::Target;
 use crate::stand;
+use crate::verbs::render::preview;
 
 pub(super) fn run(args: &Args, verb: &args::Generate, model: &Model, plan: &Path) -> Result<()> {
+    preview::check(&verb.out)?;
     let rows = stand::read(plan, verb.species.as_deref())?;
     let known = model.species();
     if let Some(row) = rows.iter().find(|row| !known.contains(&row.species)) {

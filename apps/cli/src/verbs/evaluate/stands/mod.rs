@@ -120,7 +120,7 @@ fn by_spacing(chapter: &mut Chapter, all: &[Places]) {
             let of_spacing = stands.filter(|(i, _)| i % measure::SPACINGS.len() == k);
             let sums = of_spacing.map(|(_, sides)| sides[side].samples[NODES]);
             let [sum, count] = sums.fold([0.0; 2], |[a, b], [x, n]| [a + x, b + n]);
-            format!("{:.0}", sum / count).into()
+            if count == 0.0 { "–".into() } else { format!("{:.0}", sum / count).into() }
         };
         vec![spacing.to_string().into(), nodes(TEACHER), nodes(LEARNER), nodes(UNTOLD)]
     });
