@@ -57,7 +57,9 @@ fn never_aligned(tables: &mut BTreeMap<String, Table>) {
     let Some(last) = layers.max().cloned() else { return };
     let Some(bias) = tables.get(&last) else { return };
     let mut values = bias.values().to_vec();
-    values[ROTATION_COMPONENTS] -= NEVER;
+    if let Some(aligned) = values.get_mut(ROTATION_COMPONENTS) {
+        *aligned -= NEVER;
+    }
     if let Ok(bias) = Table::new(bias.shape().to_vec(), values) {
         tables.insert(last, bias);
     }
@@ -106,7 +108,7 @@ impl Weights {
             };
             tables.insert(tensor.clone(), blended);
         }
-        if self.align_otherwise(&parts)? {
+        if self.align_otherwise(&parts) {
             never_aligned(&mut tables);
         }
         let tip_radius = self.table("tip_radius", &[Some(self.species.len())])?.values();
@@ -115,11 +117,14 @@ impl Weights {
     }
 
     /// Are apical shoots aligned in one way in some of these species, and in another in the others?
-    fn align_otherwise(&self, parts: &[Part<'_>]) -> Result<bool, ReadWeightsError> {
-        let means = self.table("rotation_mean", &[Some(self.species.len()), None, None])?;
+    fn align_otherwise(&self, parts: &[Part<'_>]) -> bool {
+        let means = self.any_table("rotation_mean");
+        let Some(means) = means.filter(|table| table.rows() == self.species.len()) else {
+            return false;
+        };
         // Of the first slot; the mean swing stands before the roll.
-        let has_mean = |part: &Part<'_>| means.row(part.number)[..2] != [0.0; 2];
-        Ok(parts.iter().any(has_mean) && !parts.iter().all(has_mean))
+        let has_mean = |part: &Part<'_>| !means.row(part.number).starts_with(&[0.0; 2]);
+        parts.iter().any(has_mean) && !parts.iter().all(has_mean)
     }
 
     /// What a blend is called: `oak:0.7,willow:0.3`.
