@@ -65,7 +65,7 @@ pub struct Branchlet {
     pub redrawn: u8,
     /// How many children were given up because of them.
     pub given_up: u8,
-    /// Tips that those of them were to bear that met what stands around.
+    /// Tips that those were to bear.
     pub lost_tips: u32,
     /// Those children, and the nodes that were to grow below them.
     pub lost_nodes: u32,

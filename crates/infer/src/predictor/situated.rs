@@ -97,8 +97,6 @@ struct Placed {
     child: Option<ChildSignature>,
     /// How often it was drawn again.
     redrawn: u8,
-    /// Has one of the attempts met what stands around?
-    met_walls: bool,
 }
 
 /// "Of `tips` tips, how many does the child in `slot` bear, with `children` left to serve?"
@@ -453,12 +451,12 @@ impl Situated {
             let draft = &mut drafts[i];
             let active = &frontier[draft.row];
             let tips = draft.child_tips[slot];
-            let Placed { turn, child, redrawn, met_walls } = self
+            let Placed { turn, child, redrawn } = self
                 .place_child(slot, active, tips, roll, outputs)
                 .ok_or(Overflow { row: draft.row })?;
             branchlets[draft.row].redrawn += redrawn;
             branchlets[draft.row].given_up += u8::from(child.is_none());
-            if child.is_none() && met_walls {
+            if child.is_none() {
                 branchlets[draft.row].lost_tips += tips;
                 branchlets[draft.row].lost_nodes += 1 + draft.child_nodes[slot];
             }
@@ -521,7 +519,6 @@ impl Situated {
         let law = self.slots[tree.species][slot];
         let alignment = law.alignment(roll, node);
         let mut turn = Turn { swing: Vec2::ZERO, roll };
-        let mut met_walls = false;
         for attempt in 0..ATTEMPTS {
             // The first of these draws is the roll's.
             let mut draws = seed.draws(lineage, Purpose::ChildRotation).at(1 + attempt);
@@ -533,11 +530,10 @@ impl Situated {
             if tip.y >= 0.0 && is_free {
                 let thickness = thickness_of(tips, tree.tip_radius);
                 let child = Some(ChildSignature { rotation, thickness, length });
-                return Some(Placed { turn, child, redrawn: attempt as u8, met_walls });
+                return Some(Placed { turn, child, redrawn: attempt as u8 });
             }
-            met_walls |= !is_free;
         }
-        Some(Placed { turn, child: None, redrawn: ATTEMPTS as u8, met_walls })
+        Some(Placed { turn, child: None, redrawn: ATTEMPTS as u8 })
     }
 }
 
