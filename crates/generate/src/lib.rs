@@ -18,7 +18,7 @@ mod stand;
 mod state;
 mod wish;
 
-use deeptree_graph::signature::{GROWTH_SPACE, TreeConditions, tip_count};
+use deeptree_graph::signature::GROWTH_SPACE;
 use deeptree_graph::{
     BranchGraph, Lineage, Neighbourhood, Occupancy, Purpose, Seed, TreeInfo, Vec3,
 };
@@ -320,15 +320,7 @@ fn sprout<'a>(
         gravitropism: germ.root.gravitropism,
         seed: germ.seed.0,
     };
-    let tip_radius = model.tip_radius(germ.species);
-    let conditions = TreeConditions {
-        age: germ.root.age,
-        gravitropism: germ.root.gravitropism,
-        species: germ.species,
-        tip_radius,
-        root_tips: tip_count(germ.root.signature.thickness, tip_radius),
-        traits: germ.root.traits,
-    };
+    let conditions = germ.root.conditions(germ.species, model.tip_radius(germ.species));
     let tree = BranchGraph::new(info, Vec3::ZERO, germ.root.signature);
     Ok(Growing::new(tree, conditions, germ.seed, site))
 }

@@ -7,8 +7,7 @@
 
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{
-    BranchGraph, Cut, Neighbourhood, Node, NodeId, PruneError, Pruned, Seed, TreeInfo, TreeTraits,
-    Vec3, prune,
+    BranchGraph, Cut, Neighbourhood, Node, NodeId, PruneError, Pruned, Seed, TreeInfo, Vec3, prune,
 };
 use deeptree_infer::{Predictor, Workspace};
 use deeptree_scene::Site;
@@ -132,14 +131,7 @@ fn conditions(model: &impl Predictor, tree: &BranchGraph) -> Result<TreeConditio
         ..Request::new(name, Seed(tree.info.seed))
     };
     aim::check(model.roots(species), tip_radius, &request)?;
-    Ok(TreeConditions {
-        age: *age as f32,
-        gravitropism: *gravitropism,
-        species,
-        tip_radius,
-        root_tips: tip_count(tree.root().thickness, tip_radius),
-        traits: TreeTraits::of(tree),
-    })
+    Ok(TreeConditions::of(tree, species, tip_radius))
 }
 
 /// Refuses trees whose radii say nothing of what their nodes bear.

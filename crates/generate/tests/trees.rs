@@ -1,6 +1,9 @@
 //! What holds for every tree that the shipped model generates.
 #![allow(clippy::unwrap_used, reason = "a test that cannot set its stage has failed")]
 
+mod common;
+
+use common::shipped;
 use deeptree_generate::{
     DEFAULT_BUDGET, GenerateError, Generated, Limits, Request, Wishes, generate, regenerate,
 };
@@ -9,10 +12,6 @@ use deeptree_graph::signature::tip_count;
 use deeptree_graph::{Seed, TreeTraits, least_reach, reaches};
 use deeptree_infer::{Model, Predictor, SimdPath, Workspace};
 use sha2::{Digest, Sha256};
-
-fn shipped() -> Model {
-    Model::from_bytes(include_bytes!("../../../models/situated.safetensors")).unwrap()
-}
 
 fn published() -> Model {
     Model::from_bytes(include_bytes!("../../../models/paper.safetensors")).unwrap()

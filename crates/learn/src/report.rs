@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use deeptree_infer::{Model, ReadWeightsError, Weights};
 use serde::{Deserialize, Serialize};
 
-use crate::{TrainError, TrainOptions};
+use crate::{Kind, TrainError, TrainOptions};
 
 /// Bins of the reliability table.
 const BINS: usize = 10;
@@ -54,6 +55,40 @@ impl Report {
     pub fn from_toml(text: &str) -> Result<Self, TrainError> {
         toml::from_str(text).map_err(TrainError::Report)
     }
+
+    /// Refuses a model that this is no report of, and one of another kind.
+    pub(crate) fn check(&self, model: &Weights, kind: Kind) -> Result<(), TrainError> {
+        let what = if hexadecimal(model.sha256()) != self.sha256 {
+            "the file beside it tells of another model; put its own there"
+        } else if model.kind() != kind.into() || self.options.kind != kind {
+            "it is of another kind; name one of the kind that is trained"
+        } else {
+            return Ok(());
+        };
+        Err(TrainError::OtherModel { what })
+    }
+
+    /// What is told of the same model with another network, of which `weights` is the file.
+    pub(crate) fn with(
+        &self,
+        name: &str,
+        network: NetworkReport,
+        weights: &[u8],
+    ) -> Result<Self, ReadWeightsError> {
+        let mut report = self.clone();
+        report.networks.insert(name.into(), network);
+        report.seconds = report.networks.values().map(|one| one.seconds).sum();
+        // What is written must be what inference reads.
+        let read = Weights::from_bytes(weights)?;
+        report.weight_count = Model::from_weights(&read)?.weight_count();
+        (report.bytes, report.sha256) = (weights.len(), hexadecimal(read.sha256()));
+        Ok(report)
+    }
+}
+
+/// Bytes as hexadecimal digits.
+pub(crate) fn hexadecimal(bytes: [u8; 32]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// How one network was trained, and its figures.

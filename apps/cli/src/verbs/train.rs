@@ -170,12 +170,39 @@ pub(super) mod training {
         if let Some(workers) = verb.workers {
             options.workers = usize::from(workers);
         }
-        options.device = match verb.device.as_str() {
+        options.device = processor(verb);
+        Ok(options)
+    }
+
+    /// What to train on.
+    pub(super) fn processor(verb: &args::Train) -> Processor {
+        match verb.device.as_str() {
             "cuda" => Processor::Cuda,
             "wgpu" => Processor::Wgpu,
             _ => Processor::Cpu,
-        };
-        Ok(options)
+        }
+    }
+
+    /// Refuses what says nothing to a network that is trained by itself: the options it has no use
+    /// for, each with whether it was given.
+    pub(super) fn refuse(network: &str, options: &[(&str, bool)]) -> Result<(), UsageError> {
+        match options.iter().find(|(_, is_given)| *is_given) {
+            None => Ok(()),
+            Some((option, _)) => Err(UsageError(format!(
+                "--{option} has no effect with --only {network}; leave it out"
+            ))),
+        }
+    }
+
+    /// What neither `points` nor `competition` has a use for: it is of the networks of nodes.
+    pub(super) fn of_nodes(verb: &args::Train) -> [(&'static str, bool); 5] {
+        [
+            ("kind", verb.kind != "situated"),
+            ("species", verb.species != "all"),
+            ("classifier-attributes", verb.classifier_attributes != "all"),
+            ("regressor-attributes", verb.regressor_attributes != "all"),
+            ("workers", verb.workers.is_some()),
+        ]
     }
 
     /// The attributes of a list of names separated by commas; none for all.

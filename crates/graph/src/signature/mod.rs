@@ -20,6 +20,7 @@ pub mod size;
 
 use glam::Vec3;
 
+use crate::graph::BranchGraph;
 use crate::traits::TreeTraits;
 
 /// Side of the growth space in metres: positions over this lie in the paper's unit cube.
@@ -40,6 +41,22 @@ pub struct TreeConditions {
     pub root_tips: u32,
     /// What the tree as a whole is like; kind `situated` only.
     pub traits: TreeTraits,
+}
+
+impl TreeConditions {
+    /// Those of a finished tree, of species number `species`, whose twigs of one tip have the radius
+    /// `tip_radius`, in metres.
+    #[must_use]
+    pub fn of(tree: &BranchGraph, species: usize, tip_radius: f32) -> Self {
+        Self {
+            age: tree.info.age as f32,
+            gravitropism: tree.info.gravitropism,
+            species,
+            tip_radius,
+            root_tips: tip_count(tree.root().thickness, tip_radius),
+            traits: TreeTraits::of(tree),
+        }
+    }
 }
 
 /// The integer tip count N of the pipe model: `N = (t / t_tip)²`, at least 1.
@@ -86,7 +103,7 @@ impl Writer<'_> {
 mod tests {
     use super::*;
     use crate::crowding::{Crowd, Sense};
-    use crate::graph::{BranchGraph, ChildSignature, TreeInfo};
+    use crate::graph::{ChildSignature, TreeInfo};
     use crate::plan::Plan;
     use crate::surround::Surround;
     use glam::{Quat, Vec2};
