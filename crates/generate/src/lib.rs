@@ -26,6 +26,7 @@ use deeptree_infer::{Predictor, Root, Workspace};
 use deeptree_scene::Site;
 
 use aim::Aim;
+use density::Stock;
 pub use growing::Avoided;
 use growing::{Growing, Grown};
 pub use regrow::{RegrowError, Regrown, regrow, regrow_in};
@@ -226,13 +227,13 @@ fn at(age: Option<f32>) -> String {
 /// As [`generate`].
 pub fn germ(model: &impl Predictor, request: &Request) -> Result<Germ, GenerateError> {
     let species = number_of(model, &request.species)?;
-    let (roots, tip_radius) = (model.roots(species), model.tip_radius(species));
-    let Aim { place, law } = aim::aim(roots, tip_radius, request)?;
+    let stock = Stock::of(model, species);
+    let Aim { place, law } = aim::aim(stock, request)?;
 
     let draws = || request.seed.draws(Lineage::ROOT, Purpose::RootSignature);
     let (number, state) = law.draw(&mut draws());
     let state = density::consistent(wish::grant(state, &law, &request.wishes));
-    let mut root = state::with_state(roots[number], tip_radius, &state);
+    let mut root = state::with_state(stock.roots[number], stock.tip_radius, &state);
     root.signature.rotation = density::yawed(root.signature.rotation, &mut draws().at(1));
     (root.age, root.gravitropism) = (place.age, place.gravitropism);
     Ok(Germ { species, seed: request.seed, root })
@@ -246,7 +247,7 @@ pub fn germ(model: &impl Predictor, request: &Request) -> Result<Germ, GenerateE
 /// When the request cannot be met with other wishes either.
 pub fn clamp_wishes(model: &impl Predictor, request: &Request) -> Result<Wishes, GenerateError> {
     let species = number_of(model, &request.species)?;
-    aim::clamp(model.roots(species), model.tip_radius(species), request)
+    aim::clamp(Stock::of(model, species), request)
 }
 
 fn number_of(model: &impl Predictor, name: &str) -> Result<usize, GenerateError> {

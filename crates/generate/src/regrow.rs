@@ -13,6 +13,7 @@ use deeptree_infer::{Predictor, Workspace};
 use deeptree_scene::Site;
 
 use crate::aim;
+use crate::density::Stock;
 use crate::growing::{Avoided, Growing, Grown};
 use crate::{GenerateError, Limits, Request, number_of};
 
@@ -130,7 +131,7 @@ fn conditions(model: &impl Predictor, tree: &BranchGraph) -> Result<TreeConditio
         gravitropism: Some(*gravitropism),
         ..Request::new(name, Seed(tree.info.seed))
     };
-    aim::check(model.roots(species), tip_radius, &request)?;
+    aim::check(Stock::of(model, species), &request)?;
     Ok(TreeConditions::of(tree, species, tip_radius))
 }
 

@@ -6,6 +6,7 @@ use deeptree_infer::{Table, Weights};
 
 use crate::competition;
 use crate::tasks::Network;
+use crate::trend;
 use crate::{Kind, NetworkReport, Report, TrainError, TrainOptions, TrainingSet};
 
 /// How far the tables of turns may be from those of the model, in deviations.
@@ -84,11 +85,11 @@ impl<'a> Kept<'a> {
         reports
     }
 
-    /// The names of the networks that are kept.
+    /// The names of the networks and tables that are kept.
     pub(crate) fn networks(&self, kind: Kind) -> impl Iterator<Item = &'static str> {
         let all = Network::all(kind).into_iter();
         let nodes = all.filter(|network| !self.only.contains(network)).map(Network::name);
         // These learn from other trees, so they are never among those that are trained here.
-        nodes.chain([competition::NAME, Network::Points.name()])
+        nodes.chain([competition::NAME, Network::Points.name(), trend::NAME])
     }
 }

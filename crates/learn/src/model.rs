@@ -325,6 +325,7 @@ impl Run<'_> {
             bytes: weights.len(),
             sha256: hexadecimal(hash),
             options: self.options.clone(),
+            trend: self.kept.and_then(|kept| kept.report.trend.clone()),
             networks: reports,
         })
     }

@@ -33,8 +33,20 @@ pub struct Report {
     pub sha256: String,
     /// The options.
     pub options: TrainOptions,
+    /// The trees that its trend was fitted to, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trend: Option<TrendReport>,
     /// The networks, by name.
     pub networks: BTreeMap<String, NetworkReport>,
+}
+
+/// What a trend over age and gravitropism was fitted to.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TrendReport {
+    /// Tells the trees from others.
+    pub data_hash: String,
+    /// How many trees.
+    pub trees: usize,
 }
 
 impl Report {
@@ -78,11 +90,27 @@ impl Report {
         let mut report = self.clone();
         report.networks.insert(name.into(), network);
         report.seconds = report.networks.values().map(|one| one.seconds).sum();
-        // What is written must be what inference reads.
-        let read = Weights::from_bytes(weights)?;
-        report.weight_count = Model::from_weights(&read)?.weight_count();
-        (report.bytes, report.sha256) = (weights.len(), hexadecimal(read.sha256()));
+        report.tell(weights)?;
         Ok(report)
+    }
+
+    /// What is told of the same model with another trend, of which `weights` is the file.
+    pub(crate) fn with_trend(
+        &self,
+        trend: TrendReport,
+        weights: &[u8],
+    ) -> Result<Self, ReadWeightsError> {
+        let mut report = Self { trend: Some(trend), ..self.clone() };
+        report.tell(weights)?;
+        Ok(report)
+    }
+
+    /// Tells of the file `weights`, which must be what inference reads.
+    fn tell(&mut self, weights: &[u8]) -> Result<(), ReadWeightsError> {
+        let read = Weights::from_bytes(weights)?;
+        self.weight_count = Model::from_weights(&read)?.weight_count();
+        (self.bytes, self.sha256) = (weights.len(), hexadecimal(read.sha256()));
+        Ok(())
     }
 }
 

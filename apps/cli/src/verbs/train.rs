@@ -4,6 +4,8 @@
 mod points;
 #[cfg(feature = "train")]
 mod stands;
+#[cfg(feature = "train")]
+mod trend;
 
 use anyhow::Result;
 
@@ -43,7 +45,7 @@ pub(super) mod training {
     };
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-    use super::{points, stands};
+    use super::{points, stands, trend};
     use crate::args::{self, Args, UsageError};
     use crate::report;
     use crate::verbs::unknown_species;
@@ -54,6 +56,7 @@ pub(super) mod training {
         }
         match &verb.only[..] {
             [network] if network == "competition" => return stands::run(args, verb),
+            [table] if table == "trend" => return trend::run(args, verb),
             [network] if network == "points" => return points::run(args, verb),
             _ => {}
         }

@@ -8,6 +8,7 @@ mod roots;
 mod sampling;
 mod settled;
 mod situated;
+mod trend;
 
 use deeptree_graph::{
     ChildSignature, CloudIndex, Lineage, MAX_CHILDREN, Node, Plan, Room, Seed, Sense,
@@ -27,6 +28,7 @@ pub(crate) use roots::check_positive;
 pub use roots::{ROOT_COLUMNS, Root};
 pub use settled::{Former, Settled};
 use situated::Situated;
+pub use trend::{TREND_COLUMNS, Trend};
 
 /// A node whose children are to be drawn.
 #[derive(Clone, Copy, Debug)]
@@ -192,6 +194,12 @@ pub trait Predictor: Sync {
     /// The roots of the trees that the model was trained on, of species number `species`.
     fn roots(&self, species: usize) -> &[Root];
 
+    /// How the trees of species number `species` change with age and gravitropism, where the model
+    /// knows it better than from its roots.
+    fn trend(&self, _species: usize) -> Option<&Trend> {
+        None
+    }
+
     /// Radius of a tip of species number `species`, in metres.
     fn tip_radius(&self, species: usize) -> f32;
 
@@ -241,6 +249,7 @@ pub struct Model {
     species: Vec<String>,
     tip_radius: Vec<f32>,
     roots: Vec<Vec<Root>>,
+    trends: Vec<Option<Trend>>,
     hash: [u8; 16],
     weight_count: usize,
     networks: Networks,
@@ -285,6 +294,8 @@ impl Model {
         hash.copy_from_slice(&weights.sha256()[..16]);
         let roots =
             species.iter().map(|name| roots::read(weights, name)).collect::<Result<_, _>>()?;
+        let trends =
+            species.iter().map(|name| trend::read(weights, name)).collect::<Result<_, _>>()?;
         let (outlook, competition) = match networks {
             Networks::Situated(_) => (Outlook::read(weights)?, Competition::read(weights)?),
             Networks::Paper(_) | Networks::Joint(_) => (None, None),
@@ -295,7 +306,17 @@ impl Model {
             Networks::Joint(network) => network.weight_count(),
         } + outlook.as_ref().map_or(0, Outlook::weight_count)
             + competition.as_ref().map_or(0, Competition::weight_count);
-        Ok(Self { species, tip_radius, roots, hash, weight_count, networks, outlook, competition })
+        Ok(Self {
+            species,
+            tip_radius,
+            roots,
+            trends,
+            hash,
+            weight_count,
+            networks,
+            outlook,
+            competition,
+        })
     }
 
     /// The kind of the model.
@@ -341,6 +362,10 @@ impl Predictor for Model {
 
     fn roots(&self, species: usize) -> &[Root] {
         &self.roots[species]
+    }
+
+    fn trend(&self, species: usize) -> Option<&Trend> {
+        self.trends[species].as_ref()
     }
 
     fn tip_radius(&self, species: usize) -> f32 {

@@ -98,7 +98,7 @@ impl Weights {
             let reads_species = !tensor.starts_with("points.");
             let blended = if tensor.ends_with(".0.weight") && reads_species {
                 self.first_layer(tensor, table, &parts)?
-            } else if tensor.starts_with("roots.") {
+            } else if tensor.starts_with("roots.") || tensor.starts_with("trend.") {
                 continue;
             } else if is_layer || table.rows() != self.species.len() {
                 table.clone()

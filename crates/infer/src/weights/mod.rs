@@ -10,6 +10,7 @@
 //! |---|---|---|
 //! | `tip_radius` | `[S]` | radius of a twig that bears one tip, in metres |
 //! | `roots.<species>` | `[n, 15]` | roots: qx, qy, qz, qw, thickness (m), length (m), age (cycles), gravitropism, the seven traits |
+//! | `trend.<species>` | `[n, 10]` | not in all models: the mean state of a tree by age and gravitropism: age (cycles), gravitropism, the state of [`TreeTraits::state`](deeptree_graph::TreeTraits::state) |
 //! | `<network>.<layer>.weight` | `[inputs, outputs]` | layer = 0, 1, 2 … |
 //! | `<network>.<layer>.bias` | `[outputs]` | |
 //! | any other name | any | tables that a model kind asks for by name |
