@@ -25,7 +25,7 @@ use deeptree_infer::{Predictor, Root, Trend};
 use crate::algebra::cholesky;
 use crate::state::{
     BRANCHES, CROWN_RADIUS, HEIGHT, LENGTHS, LONGEST_PATH, MEAN_PATH, NODES, STATES, State, TIPS,
-    TRUNK_LENGTH, state,
+    TRUNK_LENGTH, state, with_state,
 };
 
 /// Roots that a law is fitted to: fewer follow the line more closely, more scatter less.
@@ -347,8 +347,15 @@ pub(crate) fn consistent(mut state: State) -> State {
     state
 }
 
+/// The root whose state is moved by what stands around, as far as a tree can be.
+pub(crate) fn moved(root: Root, tip_radius: f32, shift: &State) -> Root {
+    let state = state(&root, tip_radius);
+    let moved = std::array::from_fn(|i| state[i] + shift[i]);
+    with_state(root, tip_radius, &possible(moved))
+}
+
 /// The state of a tree that what stands around has left next to nothing of: at least a stump.
-pub(crate) fn possible(mut state: State) -> State {
+fn possible(mut state: State) -> State {
     for i in LENGTHS {
         state[i] = state[i].max(1.0);
     }
@@ -367,7 +374,7 @@ pub(crate) fn yawed(rotation: Quat, draws: &mut Draws) -> Quat {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::state::{TIPS, with_state};
+    use crate::state::TIPS;
     use deeptree_graph::{ChildSignature, Lineage, Purpose, Seed, TreeTraits, Vec3};
 
     pub(crate) const TIP: f32 = 0.01;

@@ -19,9 +19,7 @@ mod state;
 mod wish;
 
 use deeptree_graph::signature::GROWTH_SPACE;
-use deeptree_graph::{
-    BranchGraph, Lineage, Neighbourhood, Occupancy, Purpose, Seed, TreeInfo, Vec3,
-};
+use deeptree_graph::{BranchGraph, Lineage, Occupancy, Purpose, Seed, TreeInfo, Vec3};
 use deeptree_infer::{Predictor, Root, Workspace};
 use deeptree_scene::Site;
 
@@ -197,9 +195,8 @@ pub fn germ_in(
     let (here, open) =
         (expect(site.taken(), site.shading())?, expect(&Occupancy::EMPTY, &Occupancy::EMPTY)?);
     let tip_radius = model.tip_radius(germ.species);
-    let state = state::state(&germ.root, tip_radius);
-    let moved = std::array::from_fn(|i| state[i] + (here.state[i] - open.state[i]));
-    germ.root = state::with_state(germ.root, tip_radius, &density::possible(moved));
+    let shift = std::array::from_fn(|i| here.state[i] - open.state[i]);
+    germ.root = density::moved(germ.root, tip_radius, &shift);
     Ok(germ)
 }
 
@@ -289,12 +286,8 @@ pub fn regenerate_in(
     limits: Limits,
     work: &mut Workspace,
 ) -> Result<Generated, GenerateError> {
-    let mut growing = sprout(model, &germ, site, limits)?;
-    let mut neighbourhood = Neighbourhood::of_a_tree();
-    while growing.enter_level(&mut neighbourhood) {
-        growing.grow_level(model, &neighbourhood, limits, work)?;
-    }
-    let Grown { tree, hit_budget, avoided, .. } = growing.finish();
+    let growing = sprout(model, &germ, site, limits)?;
+    let Grown { tree, hit_budget, avoided, .. } = growing.grow(model, limits, work)?;
     Ok(Generated { tree, germ, hit_budget, avoided })
 }
 

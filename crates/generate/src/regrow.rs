@@ -7,7 +7,7 @@
 
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{
-    BranchGraph, Cut, Neighbourhood, Node, NodeId, PruneError, Pruned, Seed, TreeInfo, Vec3, prune,
+    BranchGraph, Cut, Node, NodeId, PruneError, Pruned, Seed, TreeInfo, Vec3, prune,
 };
 use deeptree_infer::{Predictor, Workspace};
 use deeptree_scene::Site;
@@ -112,12 +112,8 @@ pub fn regrow_in(
         check_pipes(tree, conditions.tip_radius)?;
     }
     let pruned = prune(tree, cuts)?;
-    let mut growing = Growing::again(tree, &pruned, conditions, seed, site);
-    let mut neighbourhood = Neighbourhood::of_a_tree();
-    while growing.enter_level(&mut neighbourhood) {
-        growing.grow_level(model, &neighbourhood, limits, work)?;
-    }
-    let Grown { tree, kept, hit_budget, avoided } = growing.finish();
+    let growing = Growing::again(tree, &pruned, conditions, seed, site);
+    let Grown { tree, kept, hit_budget, avoided } = growing.grow(model, limits, work)?;
     Ok(Regrown { tree, pruned, kept, hit_budget, avoided })
 }
 

@@ -6,7 +6,7 @@ mod common;
 use common::{depths, shipped};
 use deeptree_generate::{Generated, Limits, Request, generate, generate_in};
 use deeptree_graph::signature::tip_count;
-use deeptree_graph::{BranchGraph, NodeId, Seed};
+use deeptree_graph::{NodeId, Seed};
 use deeptree_infer::{Model, Predictor, SimdPath, Workspace};
 use deeptree_scene::{Environment, Site, Volume};
 

@@ -40,8 +40,8 @@ pub(super) mod training {
     use deeptree_graph::signature::paper::ATTRIBUTES;
     use deeptree_infer::Weights;
     use deeptree_learn::{
-        Kind, NetworkOptions, Processor, Report, Surroundings, TrainEvent, TrainOptions,
-        TrainingSet, retrain, train,
+        Kind, NetworkOptions, Report, Surroundings, TrainEvent, TrainOptions, TrainingSet, retrain,
+        train,
     };
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -173,17 +173,8 @@ pub(super) mod training {
         if let Some(workers) = verb.workers {
             options.workers = usize::from(workers);
         }
-        options.device = processor(verb);
+        options.device = verb.device.parse()?;
         Ok(options)
-    }
-
-    /// What to train on.
-    pub(super) fn processor(verb: &args::Train) -> Processor {
-        match verb.device.as_str() {
-            "cuda" => Processor::Cuda,
-            "wgpu" => Processor::Wgpu,
-            _ => Processor::Cpu,
-        }
     }
 
     /// Refuses what says nothing to a network that is trained by itself: the options it has no use

@@ -4,8 +4,9 @@
 //!
 //! - [`paper`]: the attributes of Eq. 1, each scaled to about 1;
 //! - [`situated`]: the same place told so that a small network can use it: integer tip counts of
-//!   the pipe model, the reach below the node ([`inheritance`]: how its children inherit it), one-hots of distances that are nearly whole numbers, and all directions in the
-//!   node's own frame, so that nothing depends on the yaw of the tree.
+//!   the pipe model, the reach and the nodes below the node ([`inheritance`] and [`size`]: how its
+//!   children inherit them), one-hots of distances that are nearly whole numbers, and all directions
+//!   in the node's own frame, so that nothing depends on the yaw of the tree.
 //!
 //! [`outlook`] is what is read of a tree's environment as a whole, [`competition`] what is read of
 //! the trees around it, [`points`] what is heard of a cloud around a node.

@@ -20,11 +20,10 @@ use crate::kernels::{self, Full, Rows, SimdPath};
 use crate::mlp::{Mlp, Scratch};
 use crate::outlook::Outlook;
 use crate::points::Heard;
-use crate::weights::{ModelKind, ReadWeightsError, Weights};
+use crate::weights::{ModelKind, ReadWeightsError, Weights, check_positive};
 pub use foretold::{Chance, Foretold, Known, KnownChild, KnownTree, Rank};
 use joint::Joint;
 use paper::Paper;
-pub(crate) use roots::check_positive;
 pub use roots::{ROOT_COLUMNS, Root};
 pub use settled::{Former, Settled};
 use situated::Situated;
@@ -229,8 +228,8 @@ pub trait Predictor: Sync {
     /// Draws the branchlet of each node of the frontier into `branchlets`, in its order.
     ///
     /// The branchlet of a node depends on that node and its parent, its lineage, its plan, its
-    /// sense, what of it is settled, its room, the points around it, its tree's seed and conditions only: neither on the
-    /// rest of the frontier nor on the path.
+    /// sense, what of it is settled, its room, the points around it, and its tree's seed and
+    /// conditions only: neither on the rest of the frontier nor on the path.
     ///
     /// # Errors
     ///
@@ -284,7 +283,7 @@ impl Model {
         let species = weights.species().to_vec();
         let count = species.len();
         let tip_radius = weights.table("tip_radius", &[Some(count)])?.values().to_vec();
-        roots::check_positive("tip_radius", &tip_radius)?;
+        check_positive("tip_radius", &tip_radius)?;
         let networks = match weights.kind() {
             ModelKind::Situated => Networks::Situated(Situated::new(weights)?),
             ModelKind::Paper => Networks::Paper(Paper::new(weights)?),

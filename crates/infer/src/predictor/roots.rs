@@ -3,7 +3,7 @@
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{ChildSignature, Quat, TreeTraits};
 
-use crate::weights::{ReadWeightsError, Weights};
+use crate::weights::{ReadWeightsError, Weights, check_positive};
 
 /// The root of a training tree, with what all nodes of that tree share.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,18 +77,6 @@ pub(super) fn read(weights: &Weights, species: &str) -> Result<Vec<Root>, ReadWe
             })
         })
         .collect()
-}
-
-/// Refuses numbers that are not above 0.
-pub(crate) fn check_positive(tensor: &str, values: &[f32]) -> Result<(), ReadWeightsError> {
-    match values.iter().position(|&x| x.is_nan() || x <= 0.0) {
-        None => Ok(()),
-        Some(index) => Err(ReadWeightsError::NotPositive {
-            tensor: tensor.to_owned(),
-            index,
-            value: values[index],
-        }),
-    }
 }
 
 #[cfg(test)]

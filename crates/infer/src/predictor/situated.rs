@@ -24,10 +24,10 @@ use deeptree_graph::signature::size::{self, Bequest, SIZE_LEN, Size};
 use deeptree_graph::signature::{thickness_of, tip_count};
 use deeptree_graph::{ChildSignature, MAX_CHILDREN, Plan, Purpose, Vec2, Vec3};
 
-use super::{Active, Branchlet, Overflow, Workspace, network, roots, sampling};
+use super::{Active, Branchlet, Overflow, Workspace, network, sampling};
 use crate::mlp::Mlp;
 use crate::points::{Hearing, corrected};
-use crate::weights::{ReadWeightsError, Table, Weights};
+use crate::weights::{ReadWeightsError, Table, Weights, check_positive};
 
 #[derive(Clone, Debug)]
 pub(super) struct Situated {
@@ -115,24 +115,6 @@ impl Situated {
             let inputs = features + situated::rotation_len(slot);
             network(weights, &format!("rotation{}", slot + 1), inputs, ROTATION_OUTPUTS)
         };
-        let per_slot = |name| weights.table(name, &[Some(species), Some(MAX_CHILDREN), Some(3)]);
-        let (means, scales) = (per_slot("rotation_mean")?, per_slot("rotation_scale")?);
-        for scale in scales.values().chunks_exact(3) {
-            roots::check_positive("rotation_scale", &scale[..2])?;
-        }
-        let slots = (0..species)
-            .map(|s| {
-                std::array::from_fn(|slot| {
-                    let (mean, scale) = (&means.row(s)[3 * slot..], &scales.row(s)[3 * slot..]);
-                    Slot {
-                        mean: Vec2::from_slice(mean),
-                        roll: mean[2],
-                        scale: Vec2::from_slice(scale),
-                        roll_scale: scale[2],
-                    }
-                })
-            })
-            .collect();
         let law = |name: &str, shape: &[Option<usize>]| {
             let table = weights.table(name, shape)?;
             if table.shape().last().is_some_and(|&values| values >= 2) {
@@ -146,14 +128,14 @@ impl Situated {
         };
         let rolls = law("rolls", &[Some(species), None])?;
         let lengths = law("lengths", &[Some(species), Some(LENGTH_ORDERS), None])?;
-        roots::check_positive("lengths", lengths.values())?;
+        check_positive("lengths", lengths.values())?;
         Ok(Self {
             existence: network(weights, "existence", features, CLASSES)?,
             split: network(weights, "split", features + SPLIT_LEN, SPLIT_OUTPUTS)?,
             reach: network(weights, "reach", features + REACH_LEN, REACH_OUTPUTS)?,
             size: network(weights, "size", features + SIZE_LEN, SPLIT_OUTPUTS)?,
             rotations: [rotation(0)?, rotation(1)?, rotation(2)?],
-            slots,
+            slots: weights.slots()?,
             rolls,
             lengths,
             hearing: Hearing::read(weights)?.map(Box::new),

@@ -5,7 +5,7 @@ use deeptree_dataset::{Corpus, Split};
 use deeptree_graph::Vec3;
 use deeptree_learn::{Scan, Scans, TrainOptions, train_points};
 
-use super::training::{Bars, beside, of_nodes, processor, read, read_model, refuse, write};
+use super::training::{Bars, beside, of_nodes, read, read_model, refuse, write};
 use crate::args::{self, Args, UsageError};
 use crate::report;
 
@@ -16,7 +16,7 @@ pub(super) fn run(args: &Args, verb: &args::Train) -> Result<()> {
         path.ok_or_else(|| UsageError("name the --model that is to hear of points".into()))?;
     let (weights, report) = read_model(path)?;
     let mut options =
-        TrainOptions { seed: verb.seed, device: processor(verb), ..TrainOptions::points() };
+        TrainOptions { seed: verb.seed, device: verb.device.parse()?, ..TrainOptions::points() };
     options.epochs = verb.epochs.unwrap_or(options.epochs);
     if let Some(samples) = verb.samples {
         options.steps_per_epoch = Some(samples.div_ceil(options.batch as u64));

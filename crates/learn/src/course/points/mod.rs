@@ -183,7 +183,7 @@ impl Course for Points<'_> {
             total = Some(total.map_or_else(|| loss.clone(), |sum| sum + loss.clone()));
         }
         let Some(loss) = total else {
-            return (parameters.zeros_like().slice([0..1]), parameters.zeros_like());
+            return (parameters.zeros_like().narrow(0, 0, 1), parameters.zeros_like());
         };
         let mut gradients = loss.backward();
         let gradient = self.gradient(&tensors, &mut gradients, parameters);
