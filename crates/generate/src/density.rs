@@ -376,6 +376,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::state::TIPS;
     use deeptree_graph::{ChildSignature, Lineage, Purpose, Seed, TreeTraits, Vec3};
+    use deeptree_infer::{ModelKind, TREND_COLUMNS, Table, Weights, WeightsBuilder};
 
     pub(crate) const TIP: f32 = 0.01;
     /// A law that is linear and Gaussian: its value at age 25 and gravitropism 0.2, its slopes by
@@ -468,7 +469,7 @@ pub(crate) mod tests {
         let (sets, each) = (600, 20);
         let mut states = Vec::new();
         for set in 0..sets {
-            let law = Law::at(&scattered(set, 300, 1.0), TIP, GAP);
+            let law = Law::at(stock(&scattered(set, 300, 1.0)), GAP);
             states.extend((0..each).map(|k| law.draw(&mut draws(set * each + k + 7_000_000)).1));
         }
         let n = states.len() as f64;
@@ -487,6 +488,44 @@ pub(crate) mod tests {
         }
     }
 
+    /// A trend through these states at three ages of one gravitropism.
+    fn trend(ages: [(f32, State); 3]) -> Trend {
+        let rows = ages
+            .iter()
+            .flat_map(|(age, state)| [*age, 0.0].into_iter().chain(state.map(|x| x as f32)));
+        let mut weights = WeightsBuilder::new(ModelKind::Paper, &["oak".to_owned()]);
+        let table = Table::new(vec![3, TREND_COLUMNS], rows.collect()).unwrap();
+        weights.table("trend.oak", table);
+        let weights = Weights::from_bytes(&weights.to_bytes().unwrap()).unwrap();
+        Trend::read(&weights, "oak").unwrap().unwrap()
+    }
+
+    #[test]
+    fn where_there_is_a_trend_draws_scatter_about_it_as_the_roots_do_about_theirs() {
+        // The trees thin out at 21; the roots are of 20 and 21, each two above the trend.
+        let at = |shift: f64| MIDDLE.map(|x| x + shift);
+        let trend = trend([(19.0, at(1.0)), (20.0, at(0.0)), (21.0, at(-4.0))]);
+        let mut source = draws(12);
+        let mut one = |i: usize| {
+            let place = Place { age: 20.0 + (i % 2) as f32, gravitropism: 0.0 };
+            let (mean, noise) = (trend.at(place.age, place.gravitropism), noise(&mut source));
+            root(place, &std::array::from_fn(|i| mean[i] + 2.0 + noise[i]))
+        };
+        let roots: Vec<Root> = (0..50).map(&mut one).collect();
+        let here = Stock { trend: Some(&trend), ..stock(&roots) };
+        for (age, shift) in [(19.0, 1.0), (20.0, 0.0), (21.0, -4.0)] {
+            let law = Law::at(here, Place { age, gravitropism: 0.0 });
+            let n = 4000;
+            for i in 0..STATES {
+                let mean = (0..n).map(|k| law.draw(&mut draws(k)).1[i]).sum::<f64>() / n as f64;
+                let deviation = libm::sqrt(covariance(i, i));
+                assert!((mean - MIDDLE[i] - shift).abs() < 0.1 * deviation, "{age} {i}: {mean}");
+                let found = libm::sqrt(law.covariance[i][i]);
+                assert!((0.7..1.3).contains(&(found / deviation)), "{age} {i}: {found}");
+            }
+        }
+    }
+
     #[test]
     fn at_one_place_draws_have_the_moments_of_its_roots() {
         let place = Place { age: 35.0, gravitropism: -0.2 };
@@ -497,7 +536,7 @@ pub(crate) mod tests {
             .collect();
         // Others, however near, say nothing that the place's own roots do not.
         let others = scattered(4, 300, 1.0);
-        let law = Law::at(&[&roots[..], &others].concat(), TIP, place);
+        let law = Law::at(stock(&[&roots[..], &others].concat()), place);
         assert_eq!(law.neighbours.len(), 400);
         let own: Vec<State> = roots.iter().map(|root| state(root, TIP)).collect();
         let n = 50_000;

@@ -294,7 +294,7 @@ impl Model {
         let roots =
             species.iter().map(|name| roots::read(weights, name)).collect::<Result<_, _>>()?;
         let trends =
-            species.iter().map(|name| trend::read(weights, name)).collect::<Result<_, _>>()?;
+            species.iter().map(|name| Trend::read(weights, name)).collect::<Result<_, _>>()?;
         let (outlook, competition) = match networks {
             Networks::Situated(_) => (Outlook::read(weights)?, Competition::read(weights)?),
             Networks::Paper(_) | Networks::Joint(_) => (None, None),

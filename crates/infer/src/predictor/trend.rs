@@ -20,6 +20,42 @@ pub struct Trend {
 }
 
 impl Trend {
+    /// Reads the table `trend.<species>`, if there is one: [`TREND_COLUMNS`] numbers a row, a row for each
+    /// age and gravitropism, ages one after the other and gravitropisms rising.
+    ///
+    /// # Errors
+    ///
+    /// When the table is no such grid, or has numbers that no tree has.
+    pub fn read(weights: &Weights, species: &str) -> Result<Option<Self>, ReadWeightsError> {
+        let name = format!("trend.{species}");
+        if !weights.contains(&name) {
+            return Ok(None);
+        }
+        let table = weights.table(&name, &[None, Some(TREND_COLUMNS)])?;
+        let broken = |row: usize| ReadWeightsError::NotATrend { tensor: name.clone(), row };
+        let rows: Vec<&[f32]> = (0..table.rows()).map(|row| table.row(row)).collect();
+        let first = rows.first().ok_or_else(|| broken(0))?;
+        let columns = rows.iter().take_while(|row| row[0].to_bits() == first[0].to_bits()).count();
+        let youngest = f64::from(first[0]);
+        for (number, row) in rows.iter().enumerate() {
+            let (above, column) = (number / columns, number % columns);
+            let is_in_place = f64::from(row[0]) == youngest + above as f64
+                && row[1].to_bits() == rows[column][1].to_bits()
+                && (column == 0 || rows[column - 1][1] < row[1]);
+            if !(is_in_place && row.iter().all(|x| x.abs() < 1e6)) {
+                return Err(broken(number));
+            }
+        }
+        if rows.len() % columns != 0 {
+            return Err(broken(rows.len()));
+        }
+        Ok(Some(Self {
+            youngest,
+            gravitropisms: rows[..columns].iter().map(|row| f64::from(row[1])).collect(),
+            states: rows.iter().map(|row| std::array::from_fn(|i| f64::from(row[2 + i]))).collect(),
+        }))
+    }
+
     /// The mean state at an age and a gravitropism: linear between those that are known, as at the
     /// nearest of them beyond.
     #[must_use]
@@ -59,38 +95,6 @@ fn split(x: f64) -> (usize, f64) {
     (whole as usize, x - whole)
 }
 
-/// Reads the table `trend.<species>`, if there is one: [`TREND_COLUMNS`] numbers a row, a row for each
-/// age and gravitropism, ages one after the other and gravitropisms rising.
-pub(super) fn read(weights: &Weights, species: &str) -> Result<Option<Trend>, ReadWeightsError> {
-    let name = format!("trend.{species}");
-    if !weights.contains(&name) {
-        return Ok(None);
-    }
-    let table = weights.table(&name, &[None, Some(TREND_COLUMNS)])?;
-    let broken = |row: usize| ReadWeightsError::NotATrend { tensor: name.clone(), row };
-    let rows: Vec<&[f32]> = (0..table.rows()).map(|row| table.row(row)).collect();
-    let first = rows.first().ok_or_else(|| broken(0))?;
-    let columns = rows.iter().take_while(|row| row[0].to_bits() == first[0].to_bits()).count();
-    let youngest = f64::from(first[0]);
-    for (number, row) in rows.iter().enumerate() {
-        let (above, column) = (number / columns, number % columns);
-        let is_in_place = f64::from(row[0]) == youngest + above as f64
-            && row[1].to_bits() == rows[column][1].to_bits()
-            && (column == 0 || rows[column - 1][1] < row[1]);
-        if !(is_in_place && row.iter().all(|x| x.is_finite() && x.abs() < 1e6)) {
-            return Err(broken(number));
-        }
-    }
-    if rows.len() % columns != 0 {
-        return Err(broken(rows.len()));
-    }
-    Ok(Some(Trend {
-        youngest,
-        gravitropisms: rows[..columns].iter().map(|row| f64::from(row[1])).collect(),
-        states: rows.iter().map(|row| std::array::from_fn(|i| f64::from(row[2 + i]))).collect(),
-    }))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -109,10 +113,10 @@ mod tests {
     }
 
     fn read_table(values: Vec<f32>) -> Result<Option<Trend>, ReadWeightsError> {
-        let mut builder = WeightsBuilder::new(ModelKind::Situated, &["yew".into()]);
+        let mut builder = WeightsBuilder::new(ModelKind::Situated, &["yew".to_owned()]);
         let rows = values.len() / TREND_COLUMNS;
         builder.table("trend.yew", Table::new(vec![rows, TREND_COLUMNS], values)?);
-        read(&Weights::from_bytes(&builder.to_bytes()?)?, "yew")
+        Trend::read(&Weights::from_bytes(&builder.to_bytes()?)?, "yew")
     }
 
     #[test]
@@ -148,7 +152,7 @@ mod tests {
         assert_eq!(broken(2 * TREND_COLUMNS, 13.0), 2);
         assert_eq!(broken(3 * TREND_COLUMNS + 1, 0.25), 3);
         assert_eq!(broken(TREND_COLUMNS + 1, -0.5), 1);
-        assert_eq!(broken(4 * TREND_COLUMNS + 5, f32::NAN), 4);
+        assert_eq!(broken(4 * TREND_COLUMNS + 5, 1e9), 4);
         let short = table()[..5 * TREND_COLUMNS].to_vec();
         assert!(matches!(read_table(short), Err(ReadWeightsError::NotATrend { row: 5, .. })));
     }
