@@ -63,8 +63,7 @@ pub struct Surveyed {
 ///
 /// # Errors
 ///
-/// When a species of the model has no trees, a tree is of none of its species, or the report is of
-/// another model.
+/// When a species of the model has no trees, or the report is of another model.
 pub fn train_trend(
     trees: &[Surveyed],
     data_hash: String,

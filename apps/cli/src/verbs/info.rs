@@ -69,16 +69,18 @@ fn model(path: &Path) -> Result<(Value, String)> {
     let model =
         Model::from_bytes(&bytes).with_context(|| format!("{} is no model", path.display()))?;
     let roots: Vec<usize> = (0..model.species().len()).map(|s| model.roots(s).len()).collect();
+    let trends = (0..model.species().len()).filter(|&s| model.trend(s).is_some()).count();
     let figures = json!({
         "kind": model.kind().name(),
         "species": model.species(),
         "roots": roots,
+        "trends": trends,
         "weights": model.weight_count(),
         "bytes": bytes.len(),
         "hash": output::hex(model.hash()),
     });
     let text = format!(
-        "model of kind {}: {} weights, {} bytes, hash {}\nspecies: {}\nroots to start from: {}",
+        "model of kind {}: {} weights, {} bytes, hash {}\nspecies: {}\nroots to start from: {}, trends over age and gravitropism: {trends}",
         model.kind(),
         model.weight_count(),
         bytes.len(),
