@@ -103,6 +103,12 @@ impl Geometry {
         Ok(Self { bvh, ball, parts, blades, leaves })
     }
 
+    /// The lowest and the highest coordinates of a box around the ball around all of it.
+    pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
+        let Ball { middle, radius } = self.ball;
+        (middle - radius, middle + radius)
+    }
+
     /// What the ray meets first, where `is_there` says that there is something: leaves have holes.
     pub(crate) fn first(&self, ray: &Ray, is_there: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut best: Option<Hit> = None;

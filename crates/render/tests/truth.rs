@@ -167,7 +167,7 @@ fn holes_of_leaves_let_light_and_eyes_through() {
         |alpha: u8| Image { width: 1, height: 1, channels: 4, pixels: vec![9, 9, 9, alpha] };
     for (alpha, covered) in [(255, true), (0, false)] {
         let mask = Material {
-            color_image: Some(image(alpha)),
+            color_image: Some(image(alpha).into()),
             alpha_cutoff: Some(0.5),
             ..material(1.0, 0.8, 0.0)
         };
@@ -288,7 +288,7 @@ fn what_cannot_be_pictured_is_refused() {
     assert!(new(&leaves(square(), vec![flat], plain_bark())).is_err());
     assert!(new(&leaves(Blade::default(), Vec::new(), plain_bark())).is_err());
     let image = Image { width: 2, height: 2, channels: 3, pixels: vec![0; 11] };
-    let bark = Material { color_image: Some(image), ..plain_bark() };
+    let bark = Material { color_image: Some(image.into()), ..plain_bark() };
     let tree = Dressed { wood: post(), bark, foliage: Vec::new() };
     assert!(matches!(new(&tree), Err(RenderError::Image { bytes: 11, .. })));
 
