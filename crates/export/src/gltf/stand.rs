@@ -143,7 +143,10 @@ impl<S: Read + Write + Seek> Stand<S> {
             blocks: Vec::new(),
             bytes: self.bytes,
         };
-        document.show(self.trees);
+        // A scene may not be empty.
+        if !self.trees.is_empty() {
+            document.show(self.trees);
+        }
         self.spool.rewind()?;
         Ok((document, self.spool))
     }
