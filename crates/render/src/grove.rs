@@ -21,6 +21,7 @@ const FEW: usize = 4;
 /// The surfaces of all trees, ready for rays.
 pub(crate) struct Grove {
     trees: Vec<Stood>,
+    bounds: (Vec3, Vec3),
     /// None for a few.
     bvh: Option<CwBvh>,
 }
@@ -50,11 +51,16 @@ impl Grove {
         let stood =
             |one: &Standing<'_>| Ok(Stood { at: one.at, geometry: Geometry::new(one.tree)? });
         let trees: Vec<Stood> = trees.par_iter().map(stood).collect::<Result<_, _>>()?;
-        let bvh = (trees.len() > FEW).then(|| {
-            let bounds: Vec<Aabb> = trees.iter().map(Stood::bounds).collect();
-            build_cwbvh(&bounds, BvhBuildParams::medium_build(), &mut Duration::default())
-        });
-        Ok(Self { trees, bvh })
+        let each: Vec<Aabb> = trees.iter().map(Stood::bounds).collect();
+        let whole = each.iter().fold(Aabb::INVALID, |all, one| all.union(one));
+        let bvh = (trees.len() > FEW)
+            .then(|| build_cwbvh(&each, BvhBuildParams::medium_build(), &mut Duration::default()));
+        Ok(Self { trees, bounds: (whole.min.into(), whole.max.into()), bvh })
+    }
+
+    /// The lowest and the highest coordinates of a box around all trees.
+    pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
+        self.bounds
     }
 
     /// What the ray meets first, where `is_there` says that there is something: leaves have holes.

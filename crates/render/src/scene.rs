@@ -87,14 +87,16 @@ impl<'a> Scene<'a> {
     /// # Errors
     ///
     /// As [`Scene::new`], of any of them; and when there is none, or a place is not finite.
-    pub fn of(
-        trees: &[Standing<'a>],
-        light: Light,
-        ground: Ground,
-    ) -> Result<Self, RenderError> {
+    pub fn of(trees: &[Standing<'a>], light: Light, ground: Ground) -> Result<Self, RenderError> {
         let grove = Grove::new(trees)?;
         let trees = trees.iter().map(|&standing| Tree::new(standing)).collect::<Result<_, _>>()?;
         Ok(Self { grove, trees, light, ground })
+    }
+
+    /// No part of a tree is farther from a point.
+    pub(crate) fn farthest(&self, from: Vec3) -> f32 {
+        let (low, high) = self.grove.bounds();
+        (from - low).abs().max((from - high).abs()).length()
     }
 
     /// What is known of an internode of a tree.
@@ -308,14 +310,7 @@ impl<'a> Look<'a> {
 }
 
 impl Surface {
-    fn new(
-        point: Vec3,
-        flat: Vec3,
-        shading: Vec3,
-        bsdf: Bsdf,
-        label: Label,
-        tree: usize,
-    ) -> Self {
+    fn new(point: Vec3, flat: Vec3, shading: Vec3, bsdf: Bsdf, label: Label, tree: usize) -> Self {
         let (tangent, bitangent) = shading.any_orthonormal_pair();
         Self { point, normal: flat, frame: [tangent, bitangent, shading], bsdf, label, tree }
     }

@@ -71,7 +71,8 @@ fn a_stand_is_seen_as_its_trees_in_one_mesh_are() {
     let camera = Camera::framing(one.points(), View::Quarter, 1.0, 0.6).unwrap();
     let options = Options { size: [160, 160], samples: 16, error: 0.0, ..Options::default() };
 
-    let (a, b) = (marks(&stand, &camera, &options).unwrap(), marks(&one, &camera, &options).unwrap());
+    let (a, b) =
+        (marks(&stand, &camera, &options).unwrap(), marks(&one, &camera, &options).unwrap());
     let nodes = |tree: u32| trees[..tree as usize].iter().map(|t| t.wood.internodes.len() as u32);
     let same = a.iter().zip(&b).filter(|(a, b)| {
         let node = a.node + nodes(a.tree).sum::<u32>();
