@@ -17,7 +17,7 @@ use crate::tone::luminance;
 const ROULETTE: u32 = 3;
 /// Distance beyond the trees at which the air hides all but 1/e of the ground, in metres: as on a
 /// hazy morning, so that the horizon is soft.
-const VISIBILITY: f32 = 300.0;
+const VISIBILITY: f32 = 200.0;
 
 /// What a ray of the camera brings.
 #[derive(Clone, Copy, Debug, Default)]

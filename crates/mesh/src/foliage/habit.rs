@@ -298,7 +298,7 @@ fn oak() -> Habit {
 fn pine() -> Habit {
     Habit {
         species: "pine",
-        phyllotaxis: Phyllotaxis::Spiral,
+        phyllotaxis: Phyllotaxis::Whorled(4),
         depth: 3,
         shoots: 11.0,
         length: 0.42,
