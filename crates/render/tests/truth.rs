@@ -305,3 +305,26 @@ fn what_cannot_be_pictured_is_refused() {
         assert!(render(&scene, &camera, &bad, |_| ()).is_err(), "{bad:?}");
     }
 }
+
+/// Koschmieder 1924: what is far off has the light of the horizon behind it.
+#[test]
+fn the_meadow_ends_in_the_light_of_the_horizon() {
+    let tree = Dressed { wood: post(), bark: plain_bark(), foliage: Vec::new() };
+    let light = Light::daylight(0.7, -0.8, 3.0).unwrap();
+    let scene = Scene::new(&tree, light, Ground::Meadow).unwrap();
+    // From so far that the last row before the horizon shows ground some kilometres away.
+    let camera = Camera::framing(scene.points(), View::Front, 1.0, 0.02).unwrap();
+    let side = 64;
+    let options = Options { size: [side; 2], samples: 64, error: 0.0, ..Options::default() };
+    let picture = render(&scene, &camera, &options, |_| ()).unwrap();
+    let horizon = camera.position() + camera.axes()[2] * 1e6;
+    let ([_, y], _) = camera.project(horizon).unwrap();
+    let row = (y * side as f32) as usize;
+    let green = |row: usize| {
+        let pixels = &picture.pixels[row * side as usize..][..8];
+        pixels.iter().map(|pixel| pixel[1]).sum::<f32>() / 8.0
+    };
+    let (sky, far, near) = (green(row - 2), green(row + 1), green(side as usize - 1));
+    assert!((far / sky - 1.0).abs() < 0.1, "{far} {sky}");
+    assert!((near / sky - 1.0).abs() > 0.2, "{near} {sky}");
+}
