@@ -118,7 +118,7 @@ fn what_is_no_stand_is_refused_in_one_line() {
     render(&["a.csv", "--all"], USAGE, "trees 0 and 1 stand at the same place");
     render(&["a.csv", "--all", "--tree", "1"], USAGE, "cannot be used with");
     render(&["a.csv", "--all", "--views", "top,trunk"], USAGE, "the view trunk is of one tree");
-    render(&[".", "--all"], USAGE, "trees 0 and 1 stand at the same place");
+    render(&["plan.csv", "--all"], FAILED, "there is no column `id`");
     std::fs::create_dir(desk.path("empty")).unwrap();
     render(&["empty", "--all"], FAILED, "has no .tree .csv .parquet or .dtree in it");
     render(&["nothing.csv", "--all"], FAILED, "cannot read nothing.csv");
