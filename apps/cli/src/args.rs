@@ -404,8 +404,8 @@ pub(crate) struct Train {
     pub(crate) trees: Option<u32>,
     /// Train these networks only, separated by commas, and keep the others of --model: for a change
     /// that no other network learns anything of. The networks `competition` (from corpora of stands)
-    /// and `points` (from a corpus with scans) are only trained so, each by itself. The network `competition` is only trained so, from
-    /// corpora of stands.
+    /// and `points` (from a corpus with scans) are only trained so, each by itself; so is `trend`, how
+    /// whole trees change with age and gravitropism (from many trees of the open field).
     #[arg(long, value_name = "LIST", value_delimiter = ',', requires = "model")]
     pub(crate) only: Vec<String>,
     /// The model that --only keeps networks of, with its .toml beside it; made of such trees with the

@@ -8,6 +8,7 @@ use std::path::Path;
 use common::Desk;
 use deeptree_dataset::{Corpus, Split, Stands};
 use deeptree_graph::{Seed, TreeInfo, Vec3, codec::csv};
+use deeptree_growth::{Profile, Species};
 use deeptree_scene::{Scene, Volume};
 
 const FAILED: i32 = 1;
@@ -135,7 +136,12 @@ fn corpora_of_stands_grow_from_the_command_line() {
     for tree in stands.iter().flatten() {
         let traits = tree.alone.traits();
         assert!(traits.nodes >= 1.0 && traits.is_sound());
-        assert_eq!(tree.tree.info.age, tree.plant.age.unwrap_or(tree.tree.info.age));
+        // Of its species' own age, or of the 12 to 35 growth cycles of a stand of many ages.
+        let name = ["maple", "tulip"][tree.plant.species];
+        let own = Species::named(name).unwrap().parameters(Profile::Reference).age as u32;
+        assert!(tree.plant.age.is_none_or(|age| (12..36).contains(&age)));
+        assert_eq!(tree.tree.info.age, tree.plant.age.unwrap_or(own));
+        assert_eq!(tree.tree.info.species, name);
     }
     let other = ["dataset", "--species", "maple", "--stands", "2", "-o", "stands"];
     desk.fails(&other, FAILED, "another corpus");

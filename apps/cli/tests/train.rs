@@ -1,9 +1,11 @@
 //! Training through the real command.
 #![cfg(feature = "train")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot set its stage has failed")]
 
 mod common;
 
 use common::Desk;
+use deeptree_infer::Weights;
 
 /// A corpus of five small trees of one species.
 fn corpus() -> Desk {
@@ -109,6 +111,49 @@ fn several_corpora_make_one_training_set() {
     let alien = ["train", "corpus", "tulips", "-o", "m.safetensors"];
     desk.fails(&alien, 1, "tulips has the species tulip, which corpus has not");
     desk.fails(&["train", "corpus", "corpus", "-o", "m.safetensors"], 1, "the same trees");
+}
+
+#[test]
+fn options_that_say_nothing_to_a_network_trained_by_itself_are_refused() {
+    let desk = Desk::new();
+    let refused = |network: &str, option: &str, value: &str| {
+        let words = ["train", "absent", "--only", network, "--model", "m.safetensors"];
+        let words = [&words[..], &[option, value, "-o", "n.safetensors"]].concat();
+        desk.fails(&words, 2, &format!("{option} has no effect with --only {network}"));
+    };
+    let of_nodes = [
+        ("--kind", "paper"),
+        ("--species", "oak"),
+        ("--classifier-attributes", "p"),
+        ("--regressor-attributes", "t"),
+        ("--workers", "1"),
+    ];
+    for (option, value) in of_nodes {
+        refused("points", option, value);
+        refused("competition", option, value);
+    }
+    for (option, value) in
+        [("--epochs", "2"), ("--samples", "9"), ("--trees", "9"), ("--device", "wgpu")]
+    {
+        refused("competition", option, value);
+    }
+}
+
+#[test]
+fn networks_that_hear_points_train_from_the_command_line() {
+    let desk = Desk::new();
+    desk.ok(&["dataset", "--species", "walnut", "--trees", "5", "--scans", "-o", "corpus"]);
+    train(&desk, "situated", "deaf.safetensors");
+    let words = ["train", "corpus", "--only", "points", "--model", "deaf.safetensors"];
+    let with = |more: &[&'static str]| [&words[..], more, &["-o", "hears.safetensors"]].concat();
+    #[cfg(not(feature = "cuda"))]
+    desk.fails(&with(&["--device", "cuda"]), 1, "cannot train on cuda");
+    desk.ok(&with(&["--epochs", "1", "--samples", "64", "--trees", "2"]));
+    let model = Weights::from_bytes(&desk.read("hears.safetensors")).unwrap();
+    assert!(model.names().any(|name| name.starts_with("points.")));
+    // Its file beside it tells of it, and of no other.
+    std::fs::copy(desk.path("hears.toml"), desk.path("deaf.toml")).unwrap();
+    desk.fails(&with(&[]), 1, "tells of another model");
 }
 
 #[test]

@@ -1,8 +1,6 @@
 //! Where a request aims: the age and gravitropism of its tree, and the law of roots there.
 
-use deeptree_infer::Root;
-
-use crate::density::{Law, Place};
+use crate::density::{Law, Place, Stock};
 use crate::wish::{Wish, Wishes};
 use crate::{GenerateError, Request};
 
@@ -27,12 +25,8 @@ pub(crate) struct Aim {
 /// Finds the law that a request is drawn from. A request that leaves the age open gets the
 /// species' own or, where trees of that age are seldom as wished, the nearest age where many are; if
 /// there is none such, the age where they are least seldom.
-pub(crate) fn aim(
-    roots: &[Root],
-    tip_radius: f32,
-    request: &Request,
-) -> Result<Aim, GenerateError> {
-    let field = Field::new(roots, tip_radius, request)?;
+pub(crate) fn aim(stock: Stock<'_>, request: &Request) -> Result<Aim, GenerateError> {
+    let field = Field::new(stock, request)?;
     let mut best: Option<(f64, Aim)> = None;
     for choice in field.choices() {
         if !request.wishes.made().all(|wish| choice.holds(&wish)) {
@@ -66,24 +60,16 @@ pub(crate) fn aim(
 }
 
 /// Checks what is asked for by itself: has the model seen such an age and gravitropism?
-pub(crate) fn check(
-    roots: &[Root],
-    tip_radius: f32,
-    request: &Request,
-) -> Result<(), GenerateError> {
-    Field::new(roots, tip_radius, request).map(drop)
+pub(crate) fn check(stock: Stock<'_>, request: &Request) -> Result<(), GenerateError> {
+    Field::new(stock, request).map(drop)
 }
 
 /// The wishes moved to where [`aim`] can meet them.
-pub(crate) fn clamp(
-    roots: &[Root],
-    tip_radius: f32,
-    request: &Request,
-) -> Result<Wishes, GenerateError> {
-    let field = Field::new(roots, tip_radius, request)?;
+pub(crate) fn clamp(stock: Stock<'_>, request: &Request) -> Result<Wishes, GenerateError> {
+    let field = Field::new(stock, request)?;
     let clamped = |wish: Wish, (low, high): (f32, f32)| wish.value.clamp(low, high);
     let wishes = request.wishes.map(|wish| clamped(wish, field.range(&wish)));
-    if aim(roots, tip_radius, &Request { wishes, ..request.clone() }).is_ok() {
+    if aim(stock, &Request { wishes, ..request.clone() }).is_ok() {
         return Ok(wishes);
     }
     // Each is met at some age, all at none: they are moved to where the species is at home.
@@ -93,8 +79,7 @@ pub(crate) fn clamp(
 
 /// The roots as a request sees them.
 struct Field<'a> {
-    roots: &'a [Root],
-    tip_radius: f32,
+    stock: Stock<'a>,
     /// What is asked for, with the species' own age or gravitropism where nothing is.
     place: Place,
     /// Ages that the tree may have instead, the nearest first.
@@ -130,7 +115,8 @@ impl Choice {
 
 impl<'a> Field<'a> {
     /// Checks what is asked for by itself.
-    fn new(roots: &'a [Root], tip_radius: f32, request: &Request) -> Result<Self, GenerateError> {
+    fn new(stock: Stock<'a>, request: &Request) -> Result<Self, GenerateError> {
+        let roots = stock.roots;
         let (youngest, oldest) = range(roots.iter().map(|root| root.age));
         let asked = request.age.map(f32::from);
         check_range(request, "age", asked, (youngest, oldest))?;
@@ -150,7 +136,7 @@ impl<'a> Field<'a> {
             others.retain(|age| *age != place.age);
             others.sort_by(|a, b| (a - place.age).abs().total_cmp(&(b - place.age).abs()));
         }
-        let field = Self { roots, tip_radius, place, others };
+        let field = Self { stock, place, others };
         let near = field.nearest(place);
         if place.distance(near) > FURTHEST {
             return Err(GenerateError::NotSeen {
@@ -167,7 +153,7 @@ impl<'a> Field<'a> {
     /// The laws that the request may be drawn from, the best first.
     fn choices(&self) -> impl Iterator<Item = Choice> + '_ {
         let choice = |place, asked| {
-            let law = Law::at(self.roots, self.tip_radius, place);
+            let law = Law::at(self.stock, place);
             Choice { aim: Aim { place, law }, asked }
         };
         let others = self.others.iter().map(|&age| Place { age, ..self.place });
@@ -183,7 +169,7 @@ impl<'a> Field<'a> {
 
     /// The place of the nearest root.
     fn nearest(&self, place: Place) -> Place {
-        let places = self.roots.iter().map(Place::of);
+        let places = self.stock.roots.iter().map(Place::of);
         let nearest = places.min_by(|a, b| place.distance(*a).total_cmp(&place.distance(*b)));
         nearest.unwrap_or(place)
     }
@@ -231,10 +217,11 @@ mod tests {
         assert_eq!(rounded_out((-0.1, -0.1)), (-0.1, -0.1));
     }
     use crate::density::consistent;
-    use crate::density::tests::{TIP, draws, noise, on_the_line, root, scattered};
+    use crate::density::tests::{draws, noise, on_the_line, root, scattered, stock};
     use crate::state::HEIGHT;
     use crate::wish::grant;
     use deeptree_graph::Seed;
+    use deeptree_infer::Root;
 
     const OWN: Place = Place { age: 35.0, gravitropism: 0.0 };
 
@@ -260,20 +247,20 @@ mod tests {
     #[test]
     fn a_wish_beyond_the_own_age_moves_the_age_as_little_as_it_takes() {
         let roots = roots();
-        let at_home = aim(&roots, TIP, &of_height(28.0)).unwrap();
+        let at_home = aim(stock(&roots), &of_height(28.0)).unwrap();
         assert_eq!(at_home.place, OWN);
         let strain = |law: &Law, height: f32| law.strain(HEIGHT, f64::from(height));
         assert!(strain(&at_home.law, 25.5) < EASE_AT_HOME);
-        assert_eq!(aim(&roots, TIP, &of_height(25.5)).unwrap().place, OWN);
+        assert_eq!(aim(stock(&roots), &of_height(25.5)).unwrap().place, OWN);
         for height in [23.0, 23.5, 24.0] {
             let request = of_height(height);
             assert!(strain(&at_home.law, height) > EASE_AT_HOME);
-            let Aim { place, law } = aim(&roots, TIP, &request).unwrap();
+            let Aim { place, law } = aim(stock(&roots), &request).unwrap();
             assert!(place.age < OWN.age && place.gravitropism == OWN.gravitropism, "{place:?}");
             assert!(strain(&law, height) <= EASE_AWAY);
             for age in (place.age as u16 + 1)..35 {
                 let asked = Request { age: Some(age), ..request.clone() };
-                let other = aim(&roots, TIP, &asked).unwrap();
+                let other = aim(stock(&roots), &asked).unwrap();
                 assert!(strain(&other.law, height) > EASE_AWAY, "{age} has {height}");
             }
             for seed in 0..100 {
@@ -288,11 +275,11 @@ mod tests {
     fn a_wish_that_is_seldom_at_any_age_gets_the_age_where_it_is_least_seldom() {
         let roots = roots();
         // Two deviations above the mean of the oldest, more above that of the own age.
-        let Aim { place, law } = aim(&roots, TIP, &of_height(33.5)).unwrap();
+        let Aim { place, law } = aim(stock(&roots), &of_height(33.5)).unwrap();
         assert!(place.age > OWN.age && law.strain(HEIGHT, 33.5) > EASE_AWAY, "{place:?}");
         for age in [20, 30, 35, 38, 40] {
             let asked = Request { age: Some(age), ..of_height(33.5) };
-            let other = aim(&roots, TIP, &asked).map(|other| other.law.strain(HEIGHT, 33.5));
+            let other = aim(stock(&roots), &asked).map(|other| other.law.strain(HEIGHT, 33.5));
             assert!(other.is_err() || other.unwrap() >= law.strain(HEIGHT, 33.5));
         }
     }
@@ -301,15 +288,15 @@ mod tests {
     fn a_wish_that_the_asked_age_has_not_is_refused_with_its_range() {
         let roots = roots();
         let request = Request { age: Some(35), ..of_height(18.0) };
-        let error = aim(&roots, TIP, &request).unwrap_err();
+        let error = aim(stock(&roots), &request).unwrap_err();
         let GenerateError::OutOfRange { age: Some(35.0), what: "height", low, high, .. } = error
         else {
             panic!("{error}")
         };
         // The mean height at the own age is 28.3 m, its deviation 2.1 m.
         assert!((19.0..24.0).contains(&low) && (33.0..38.0).contains(&high), "{low} {high}");
-        assert!(aim(&roots, TIP, &Request { age: Some(35), ..of_height(low) }).is_ok());
-        let granted = clamp(&roots, TIP, &request).unwrap();
+        assert!(aim(stock(&roots), &Request { age: Some(35), ..of_height(low) }).is_ok());
+        let granted = clamp(stock(&roots), &request).unwrap();
         assert_eq!(granted.height, Some(low));
     }
 
@@ -317,17 +304,17 @@ mod tests {
     fn a_wish_that_no_age_has_is_refused_with_the_range_of_all() {
         let roots = roots();
         for height in [2.0, 300.0] {
-            let error = aim(&roots, TIP, &of_height(height)).unwrap_err();
+            let error = aim(stock(&roots), &of_height(height)).unwrap_err();
             let GenerateError::OutOfRange { age: None, low, high, .. } = error else {
                 panic!("{error}")
             };
             // From 21.8 m at age 10 to 29.6 m at age 40, by two or three deviations.
             assert!((14.0..19.0).contains(&low) && (33.0..39.0).contains(&high), "{low} {high}");
-            let wishes = clamp(&roots, TIP, &of_height(height)).unwrap();
+            let wishes = clamp(stock(&roots), &of_height(height)).unwrap();
             assert_eq!(wishes.height, Some(if height < low { low } else { high }));
-            assert!(aim(&roots, TIP, &Request { wishes, ..of_height(0.0) }).is_ok());
+            assert!(aim(stock(&roots), &Request { wishes, ..of_height(0.0) }).is_ok());
         }
-        let nan = aim(&roots, TIP, &of_height(f32::NAN)).unwrap_err();
+        let nan = aim(stock(&roots), &of_height(f32::NAN)).unwrap_err();
         assert!(matches!(nan, GenerateError::NotFinite { what: "height", .. }));
     }
 
@@ -337,10 +324,10 @@ mod tests {
         // Each is seen at some age: few branches at 10, the greatest heights at 40.
         let wishes = Wishes { height: Some(34.0), branches: Some(200.0), ..Wishes::default() };
         let request = Request { wishes, ..of_height(0.0) };
-        let error = aim(&roots, TIP, &request).unwrap_err();
+        let error = aim(stock(&roots), &request).unwrap_err();
         assert!(matches!(error, GenerateError::NotTogether { .. }), "{error}");
-        let wishes = clamp(&roots, TIP, &request).unwrap();
-        assert_eq!(aim(&roots, TIP, &Request { wishes, ..request }).unwrap().place, OWN);
+        let wishes = clamp(stock(&roots), &request).unwrap();
+        assert_eq!(aim(stock(&roots), &Request { wishes, ..request }).unwrap().place, OWN);
     }
 
     #[test]
@@ -349,7 +336,7 @@ mod tests {
         let at = |age, gravitropism| {
             let request =
                 Request { age: Some(age), gravitropism: Some(gravitropism), ..of_height(0.0) };
-            aim(&roots, TIP, &Request { wishes: Wishes::default(), ..request })
+            aim(stock(&roots), &Request { wishes: Wishes::default(), ..request })
         };
         for (age, gravitropism) in [(25, 0.0), (25, 0.2), (16, -0.2), (12, 0.35)] {
             let place = at(age, gravitropism).unwrap().place;
@@ -362,7 +349,7 @@ mod tests {
         let mut corners = roots;
         corners.retain(|r| (r.age > 30.0) == (r.gravitropism > 0.2));
         let request = Request { age: Some(12), gravitropism: Some(0.38), ..of_height(0.0) };
-        let error = aim(&corners, TIP, &Request { wishes: Wishes::default(), ..request });
+        let error = aim(stock(&corners), &Request { wishes: Wishes::default(), ..request });
         assert!(matches!(error, Err(GenerateError::NotSeen { .. })), "{error:?}");
     }
 }

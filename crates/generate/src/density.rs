@@ -11,16 +11,21 @@
 //! `z = m + √(1 − b²) (z_i − B (x_i − x) − m) + b L ε`, `L Lᵀ = cov(r)`, ε standard normal
 //!
 //! which leaves mean and covariance as they are (smoothed bootstrap, Silverman 1986, §6.4).
+//!
+//! Where the model has a [`Trend`] it takes the place of the line: it was fitted to more trees than
+//! the model has roots, and knows ages at which a species thins out. The roots say how trees scatter
+//! about it, so m is the trend at the place, and r_i is what is left of z_i less the trend where the
+//! root was seen, less the mean of that.
 
 use std::cmp::Ordering;
 
-use deeptree_graph::{Draws, Quat};
-use deeptree_infer::Root;
+use deeptree_graph::{Draws, Quat, solve};
+use deeptree_infer::{Predictor, Root, Trend};
 
-use crate::algebra::{cholesky, solve};
+use crate::algebra::cholesky;
 use crate::state::{
     BRANCHES, CROWN_RADIUS, HEIGHT, LENGTHS, LONGEST_PATH, MEAN_PATH, NODES, STATES, State, TIPS,
-    TRUNK_LENGTH, state,
+    TRUNK_LENGTH, state, with_state,
 };
 
 /// Roots that a law is fitted to: fewer follow the line more closely, more scatter less.
@@ -38,6 +43,29 @@ const MARGIN: f64 = 0.5;
 
 /// Keeps slopes at 0 that nothing is known of, as part of the squared bandwidth.
 const RIDGE: f64 = 1e-3;
+
+/// What a model knows of the trees of a species as wholes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stock<'a> {
+    pub(crate) roots: &'a [Root],
+    pub(crate) trend: Option<&'a Trend>,
+    /// Of a twig that bears one tip, in metres.
+    pub(crate) tip_radius: f32,
+}
+
+impl<'a> Stock<'a> {
+    pub(crate) fn of(model: &'a impl Predictor, species: usize) -> Self {
+        Self {
+            roots: model.roots(species),
+            trend: model.trend(species),
+            tip_radius: model.tip_radius(species),
+        }
+    }
+
+    fn state(&self, root: usize) -> State {
+        state(&self.roots[root], self.tip_radius)
+    }
+}
 
 /// An age and a gravitropism.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,18 +138,25 @@ pub(crate) struct Law {
 
 impl Law {
     /// The law at `place`, of the roots of a species, of which there is at least one.
-    pub(crate) fn at(roots: &[Root], tip_radius: f32, place: Place) -> Self {
-        let near = nearest(roots, place);
+    pub(crate) fn at(stock: Stock<'_>, place: Place) -> Self {
+        let near = nearest(stock.roots, place);
         let total: f64 = near.iter().map(|near| near.weight).sum();
         let mut neighbours: Vec<Neighbour> = near
             .iter()
             .map(|near| Neighbour {
                 root: near.root,
                 weight: near.weight / total,
-                state: state(&roots[near.root], tip_radius),
+                state: stock.state(near.root),
             })
             .collect();
-        let mean = line(&mut neighbours, &near);
+        let (mean, slopes) = match stock.trend {
+            Some(trend) => (follow(&mut neighbours, stock.roots, trend, place), 0.0),
+            // A line has two slopes, unless all are at one place.
+            None => {
+                let is_place = near.iter().all(|n| n.offset == near[0].offset);
+                (line(&mut neighbours, &near), if is_place { 0.0 } else { 2.0 })
+            }
+        };
 
         let covariance: [State; STATES] = std::array::from_fn(|i| {
             std::array::from_fn(|j| {
@@ -133,7 +168,6 @@ impl Law {
         // As many residuals as n independent ones with the weights they have: of their squares, a
         // fitted mean and each fitted slope take one part in n.
         let effective = 1.0 / neighbours.iter().map(|n| n.weight * n.weight).sum::<f64>();
-        let slopes = if near.iter().all(|n| n.offset == near[0].offset) { 0.0 } else { 2.0 };
         let fitted = 1.0 + slopes;
         let factor = if effective > 2.0 * fitted { effective / (effective - fitted) } else { 1.0 };
         let covariance = covariance.map(|row| row.map(|x| factor * x));
@@ -146,7 +180,7 @@ impl Law {
         let mut low: State = std::array::from_fn(|i| seen.0[i] - margin(i));
         let mut high: State = std::array::from_fn(|i| seen.1[i] + margin(i));
         for i in 0..STATES {
-            let own = near.iter().map(|near| state(&roots[near.root], tip_radius)[i]);
+            let own = near.iter().map(|near| stock.state(near.root)[i]);
             let (least, most) = own
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), own| (a.min(own), b.max(own)));
             seen.0[i] = seen.0[i].clamp(least, most);
@@ -287,6 +321,22 @@ fn line(neighbours: &mut [Neighbour], near: &[Near]) -> State {
     mean
 }
 
+/// Moves the neighbours along the trend to the place asked for, about its mean there, which it gives.
+fn follow(neighbours: &mut [Neighbour], roots: &[Root], trend: &Trend, place: Place) -> State {
+    let mean = trend.at(place.age, place.gravitropism);
+    for neighbour in &mut *neighbours {
+        let seen = Place::of(&roots[neighbour.root]);
+        let there = trend.at(seen.age, seen.gravitropism);
+        neighbour.state = std::array::from_fn(|i| neighbour.state[i] - there[i]);
+    }
+    let middle: State =
+        std::array::from_fn(|i| neighbours.iter().map(|n| n.weight * n.state[i]).sum());
+    for neighbour in neighbours {
+        neighbour.state = std::array::from_fn(|i| mean[i] + neighbour.state[i] - middle[i]);
+    }
+    mean
+}
+
 /// A state that a tree can have: no way is longer than the longest, and every branch has a node.
 /// Numbers that were `given` stay.
 pub(crate) fn consistent(mut state: State) -> State {
@@ -297,8 +347,15 @@ pub(crate) fn consistent(mut state: State) -> State {
     state
 }
 
+/// The root whose state is moved by what stands around, as far as a tree can be.
+pub(crate) fn moved(root: Root, tip_radius: f32, shift: &State) -> Root {
+    let state = state(&root, tip_radius);
+    let moved = std::array::from_fn(|i| state[i] + shift[i]);
+    with_state(root, tip_radius, &possible(moved))
+}
+
 /// The state of a tree that what stands around has left next to nothing of: at least a stump.
-pub(crate) fn possible(mut state: State) -> State {
+fn possible(mut state: State) -> State {
     for i in LENGTHS {
         state[i] = state[i].max(1.0);
     }
@@ -317,8 +374,9 @@ pub(crate) fn yawed(rotation: Quat, draws: &mut Draws) -> Quat {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::state::{TIPS, with_state};
+    use crate::state::TIPS;
     use deeptree_graph::{ChildSignature, Lineage, Purpose, Seed, TreeTraits, Vec3};
+    use deeptree_infer::{ModelKind, TREND_COLUMNS, Table, Weights, WeightsBuilder};
 
     pub(crate) const TIP: f32 = 0.01;
     /// A law that is linear and Gaussian: its value at age 25 and gravitropism 0.2, its slopes by
@@ -336,6 +394,11 @@ pub(crate) mod tests {
     ];
     const DEVIATIONS: State = [0.2, 0.2, 2.0, 0.25, 1.0, 0.8, 1.5, 1.2];
     const GAP: Place = Place { age: 25.0, gravitropism: 0.2 };
+
+    /// Roots without a trend.
+    pub(crate) fn stock(roots: &[Root]) -> Stock<'_> {
+        Stock { roots, trend: None, tip_radius: TIP }
+    }
 
     pub(crate) fn draws(seed: u64) -> Draws {
         Seed(seed).draws(Lineage::ROOT, Purpose::RootSignature)
@@ -389,7 +452,7 @@ pub(crate) mod tests {
     #[test]
     fn in_a_gap_draws_lie_on_the_line_of_the_roots_around_it() {
         let roots = scattered(1, 300, 0.0);
-        let law = Law::at(&roots, TIP, GAP);
+        let law = Law::at(stock(&roots), GAP);
         assert!(law.neighbours.iter().all(|n| Place::of(&roots[n.root]) != GAP));
         for seed in 0..50 {
             let (_, state) = law.draw(&mut draws(seed));
@@ -406,7 +469,7 @@ pub(crate) mod tests {
         let (sets, each) = (600, 20);
         let mut states = Vec::new();
         for set in 0..sets {
-            let law = Law::at(&scattered(set, 300, 1.0), TIP, GAP);
+            let law = Law::at(stock(&scattered(set, 300, 1.0)), GAP);
             states.extend((0..each).map(|k| law.draw(&mut draws(set * each + k + 7_000_000)).1));
         }
         let n = states.len() as f64;
@@ -425,6 +488,44 @@ pub(crate) mod tests {
         }
     }
 
+    /// A trend through these states at three ages of one gravitropism.
+    fn trend(ages: [(f32, State); 3]) -> Trend {
+        let rows = ages
+            .iter()
+            .flat_map(|(age, state)| [*age, 0.0].into_iter().chain(state.map(|x| x as f32)));
+        let mut weights = WeightsBuilder::new(ModelKind::Paper, &["oak".to_owned()]);
+        let table = Table::new(vec![3, TREND_COLUMNS], rows.collect()).unwrap();
+        weights.table("trend.oak", table);
+        let weights = Weights::from_bytes(&weights.to_bytes().unwrap()).unwrap();
+        Trend::read(&weights, "oak").unwrap().unwrap()
+    }
+
+    #[test]
+    fn where_there_is_a_trend_draws_scatter_about_it_as_the_roots_do_about_theirs() {
+        // The trees thin out at 21; the roots are of 20 and 21, each two above the trend.
+        let at = |shift: f64| MIDDLE.map(|x| x + shift);
+        let trend = trend([(19.0, at(1.0)), (20.0, at(0.0)), (21.0, at(-4.0))]);
+        let mut source = draws(12);
+        let mut one = |i: usize| {
+            let place = Place { age: 20.0 + (i % 2) as f32, gravitropism: 0.0 };
+            let (mean, noise) = (trend.at(place.age, place.gravitropism), noise(&mut source));
+            root(place, &std::array::from_fn(|i| mean[i] + 2.0 + noise[i]))
+        };
+        let roots: Vec<Root> = (0..50).map(&mut one).collect();
+        let here = Stock { trend: Some(&trend), ..stock(&roots) };
+        for (age, shift) in [(19.0, 1.0), (20.0, 0.0), (21.0, -4.0)] {
+            let law = Law::at(here, Place { age, gravitropism: 0.0 });
+            let n = 4000;
+            for i in 0..STATES {
+                let mean = (0..n).map(|k| law.draw(&mut draws(k)).1[i]).sum::<f64>() / n as f64;
+                let deviation = libm::sqrt(covariance(i, i));
+                assert!((mean - MIDDLE[i] - shift).abs() < 0.1 * deviation, "{age} {i}: {mean}");
+                let found = libm::sqrt(law.covariance[i][i]);
+                assert!((0.7..1.3).contains(&(found / deviation)), "{age} {i}: {found}");
+            }
+        }
+    }
+
     #[test]
     fn at_one_place_draws_have_the_moments_of_its_roots() {
         let place = Place { age: 35.0, gravitropism: -0.2 };
@@ -435,7 +536,7 @@ pub(crate) mod tests {
             .collect();
         // Others, however near, say nothing that the place's own roots do not.
         let others = scattered(4, 300, 1.0);
-        let law = Law::at(&[&roots[..], &others].concat(), TIP, place);
+        let law = Law::at(stock(&[&roots[..], &others].concat()), place);
         assert_eq!(law.neighbours.len(), 400);
         let own: Vec<State> = roots.iter().map(|root| state(root, TIP)).collect();
         let n = 50_000;
@@ -463,7 +564,7 @@ pub(crate) mod tests {
             root(Place { age, gravitropism: 0.2 }, &state)
         };
         let roots: Vec<Root> = (0..90).map(|i| crown(20.0 + (i % 3) as f32)).collect();
-        let law = Law::at(&roots, TIP, Place { age: 16.0, gravitropism: 0.2 });
+        let law = Law::at(stock(&roots), Place { age: 16.0, gravitropism: 0.2 });
         // Half of the least that was seen is drawn at least, and what was seen is told.
         let (low, high) = law.bounds(CROWN_RADIUS);
         assert!((low - 0.1).abs() < 1e-6 && high >= low, "{low} {high}");
@@ -475,7 +576,7 @@ pub(crate) mod tests {
     fn draws_stay_near_what_was_seen_and_are_no_training_trees() {
         let roots = scattered(5, 300, 1.0);
         for place in [GAP, Place { age: 10.0, gravitropism: -0.4 }] {
-            let law = Law::at(&roots, TIP, place);
+            let law = Law::at(stock(&roots), place);
             for seed in 0..2000 {
                 let (root, drawn) = law.draw(&mut draws(seed));
                 for i in 0..STATES {
@@ -502,7 +603,7 @@ pub(crate) mod tests {
 
     #[test]
     fn a_single_root_is_a_law() {
-        let law = Law::at(&[root(GAP, &MIDDLE)], TIP, Place { age: 27.0, gravitropism: 0.2 });
+        let law = Law::at(stock(&[root(GAP, &MIDDLE)]), Place { age: 27.0, gravitropism: 0.2 });
         let (number, drawn) = law.draw(&mut draws(0));
         let close = drawn.iter().zip(&MIDDLE).all(|(a, b)| (a - b).abs() < 1e-3);
         assert!(number == 0 && close, "{drawn:?}");

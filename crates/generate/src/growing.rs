@@ -121,6 +121,24 @@ impl<'a> Growing<'a> {
         }
     }
 
+    /// Grows the tree by itself until it is finished.
+    ///
+    /// # Errors
+    ///
+    /// When the model's numbers overflow.
+    pub(crate) fn grow(
+        mut self,
+        model: &impl Predictor,
+        limits: Limits,
+        work: &mut Workspace,
+    ) -> Result<Grown, GenerateError> {
+        let mut neighbourhood = Neighbourhood::of_a_tree();
+        while self.enter_level(&mut neighbourhood) {
+            self.grow_level(model, &neighbourhood, limits, work)?;
+        }
+        Ok(self.finish())
+    }
+
     /// Goes on to the next level, whose nodes are counted; false when the tree is finished.
     pub(crate) fn enter_level(&mut self, neighbourhood: &mut Neighbourhood) -> bool {
         self.level.clear();

@@ -18,14 +18,13 @@ mod stand;
 mod state;
 mod wish;
 
-use deeptree_graph::signature::{GROWTH_SPACE, TreeConditions, tip_count};
-use deeptree_graph::{
-    BranchGraph, Lineage, Neighbourhood, Occupancy, Purpose, Seed, TreeInfo, Vec3,
-};
+use deeptree_graph::signature::GROWTH_SPACE;
+use deeptree_graph::{BranchGraph, Lineage, Occupancy, Purpose, Seed, TreeInfo, Vec3};
 use deeptree_infer::{Predictor, Root, Workspace};
 use deeptree_scene::Site;
 
 use aim::Aim;
+use density::Stock;
 pub use growing::Avoided;
 use growing::{Growing, Grown};
 pub use regrow::{RegrowError, Regrown, regrow, regrow_in};
@@ -196,9 +195,8 @@ pub fn germ_in(
     let (here, open) =
         (expect(site.taken(), site.shading())?, expect(&Occupancy::EMPTY, &Occupancy::EMPTY)?);
     let tip_radius = model.tip_radius(germ.species);
-    let state = state::state(&germ.root, tip_radius);
-    let moved = std::array::from_fn(|i| state[i] + (here.state[i] - open.state[i]));
-    germ.root = state::with_state(germ.root, tip_radius, &density::possible(moved));
+    let shift = std::array::from_fn(|i| here.state[i] - open.state[i]);
+    germ.root = density::moved(germ.root, tip_radius, &shift);
     Ok(germ)
 }
 
@@ -226,13 +224,13 @@ fn at(age: Option<f32>) -> String {
 /// As [`generate`].
 pub fn germ(model: &impl Predictor, request: &Request) -> Result<Germ, GenerateError> {
     let species = number_of(model, &request.species)?;
-    let (roots, tip_radius) = (model.roots(species), model.tip_radius(species));
-    let Aim { place, law } = aim::aim(roots, tip_radius, request)?;
+    let stock = Stock::of(model, species);
+    let Aim { place, law } = aim::aim(stock, request)?;
 
     let draws = || request.seed.draws(Lineage::ROOT, Purpose::RootSignature);
     let (number, state) = law.draw(&mut draws());
     let state = density::consistent(wish::grant(state, &law, &request.wishes));
-    let mut root = state::with_state(roots[number], tip_radius, &state);
+    let mut root = state::with_state(stock.roots[number], stock.tip_radius, &state);
     root.signature.rotation = density::yawed(root.signature.rotation, &mut draws().at(1));
     (root.age, root.gravitropism) = (place.age, place.gravitropism);
     Ok(Germ { species, seed: request.seed, root })
@@ -246,7 +244,7 @@ pub fn germ(model: &impl Predictor, request: &Request) -> Result<Germ, GenerateE
 /// When the request cannot be met with other wishes either.
 pub fn clamp_wishes(model: &impl Predictor, request: &Request) -> Result<Wishes, GenerateError> {
     let species = number_of(model, &request.species)?;
-    aim::clamp(model.roots(species), model.tip_radius(species), request)
+    aim::clamp(Stock::of(model, species), request)
 }
 
 fn number_of(model: &impl Predictor, name: &str) -> Result<usize, GenerateError> {
@@ -288,12 +286,8 @@ pub fn regenerate_in(
     limits: Limits,
     work: &mut Workspace,
 ) -> Result<Generated, GenerateError> {
-    let mut growing = sprout(model, &germ, site, limits)?;
-    let mut neighbourhood = Neighbourhood::of_a_tree();
-    while growing.enter_level(&mut neighbourhood) {
-        growing.grow_level(model, &neighbourhood, limits, work)?;
-    }
-    let Grown { tree, hit_budget, avoided, .. } = growing.finish();
+    let growing = sprout(model, &germ, site, limits)?;
+    let Grown { tree, hit_budget, avoided, .. } = growing.grow(model, limits, work)?;
     Ok(Generated { tree, germ, hit_budget, avoided })
 }
 
@@ -320,15 +314,7 @@ fn sprout<'a>(
         gravitropism: germ.root.gravitropism,
         seed: germ.seed.0,
     };
-    let tip_radius = model.tip_radius(germ.species);
-    let conditions = TreeConditions {
-        age: germ.root.age,
-        gravitropism: germ.root.gravitropism,
-        species: germ.species,
-        tip_radius,
-        root_tips: tip_count(germ.root.signature.thickness, tip_radius),
-        traits: germ.root.traits,
-    };
+    let conditions = germ.root.conditions(germ.species, model.tip_radius(germ.species));
     let tree = BranchGraph::new(info, Vec3::ZERO, germ.root.signature);
     Ok(Growing::new(tree, conditions, germ.seed, site))
 }

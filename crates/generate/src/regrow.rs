@@ -7,13 +7,13 @@
 
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{
-    BranchGraph, Cut, Neighbourhood, Node, NodeId, PruneError, Pruned, Seed, TreeInfo, TreeTraits,
-    Vec3, prune,
+    BranchGraph, Cut, Node, NodeId, PruneError, Pruned, Seed, TreeInfo, Vec3, prune,
 };
 use deeptree_infer::{Predictor, Workspace};
 use deeptree_scene::Site;
 
 use crate::aim;
+use crate::density::Stock;
 use crate::growing::{Avoided, Growing, Grown};
 use crate::{GenerateError, Limits, Request, number_of};
 
@@ -112,12 +112,8 @@ pub fn regrow_in(
         check_pipes(tree, conditions.tip_radius)?;
     }
     let pruned = prune(tree, cuts)?;
-    let mut growing = Growing::again(tree, &pruned, conditions, seed, site);
-    let mut neighbourhood = Neighbourhood::of_a_tree();
-    while growing.enter_level(&mut neighbourhood) {
-        growing.grow_level(model, &neighbourhood, limits, work)?;
-    }
-    let Grown { tree, kept, hit_budget, avoided } = growing.finish();
+    let growing = Growing::again(tree, &pruned, conditions, seed, site);
+    let Grown { tree, kept, hit_budget, avoided } = growing.grow(model, limits, work)?;
     Ok(Regrown { tree, pruned, kept, hit_budget, avoided })
 }
 
@@ -131,15 +127,8 @@ fn conditions(model: &impl Predictor, tree: &BranchGraph) -> Result<TreeConditio
         gravitropism: Some(*gravitropism),
         ..Request::new(name, Seed(tree.info.seed))
     };
-    aim::check(model.roots(species), tip_radius, &request)?;
-    Ok(TreeConditions {
-        age: *age as f32,
-        gravitropism: *gravitropism,
-        species,
-        tip_radius,
-        root_tips: tip_count(tree.root().thickness, tip_radius),
-        traits: TreeTraits::of(tree),
-    })
+    aim::check(Stock::of(model, species), &request)?;
+    Ok(TreeConditions::of(tree, species, tip_radius))
 }
 
 /// Refuses trees whose radii say nothing of what their nodes bear.

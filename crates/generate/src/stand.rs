@@ -15,9 +15,7 @@ use deeptree_scene::Site;
 use rayon::prelude::*;
 
 use crate::growing::{Growing, Grown};
-use crate::{
-    GenerateError, Generated, Germ, Limits, Request, density, germ_in_or_open, sprout, state,
-};
+use crate::{GenerateError, Generated, Germ, Limits, Request, density, germ_in_or_open, sprout};
 
 /// Standard deviation of what a tree truly loses over what it is expected to: in the growth model's
 /// stands what is left unexplained grows with the shift, and is nearly the same for tips, nodes and
@@ -121,10 +119,8 @@ fn compete(
         let overflow = |_| (i, GenerateError::Overflow { node: 0 });
         let shift = competition.shift(&contenders[i], &others).map_err(overflow)?;
         let tip_radius = model.tip_radius(germ.species);
-        let state = state::state(&germ.root, tip_radius);
         let luck = luck(germ.seed);
-        let moved = std::array::from_fn(|k| state[k] + luck * shift[k]);
-        germ.root = state::with_state(germ.root, tip_radius, &density::possible(moved));
+        germ.root = density::moved(germ.root, tip_radius, &shift.map(|shift| luck * shift));
     }
     Ok(())
 }

@@ -9,7 +9,8 @@
 //! the law. Of a Gaussian law this draws exactly from what the wishes leave open (conditioning by
 //! kriging, Journel and Huijbregts 1978).
 
-use crate::algebra::solve;
+use deeptree_graph::solve;
+
 use crate::density::Law;
 use crate::state::{BRANCHES, CROWN_RADIUS, HEIGHT, State, TRUNK_LENGTH};
 
@@ -106,11 +107,15 @@ pub(crate) fn grant(mut z: State, law: &Law, wishes: &Wishes) -> State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::density::Place;
+    use crate::density::{Place, Stock};
     use crate::state::{LONGEST_PATH, state};
     use deeptree_graph::signature::thickness_of;
     use deeptree_graph::{ChildSignature, Quat, TreeTraits};
     use deeptree_infer::Root;
+
+    fn stock(roots: &[Root]) -> Stock<'_> {
+        Stock { roots, trend: None, tip_radius: 0.01 }
+    }
 
     /// Roots of trees whose branches are `40 · height` and whose crown radius varies by itself.
     fn roots() -> Vec<Root> {
@@ -142,7 +147,7 @@ mod tests {
     #[test]
     fn a_wish_is_met_and_what_goes_with_it_follows() {
         let roots = roots();
-        let law = Law::at(&roots, 0.01, Place { age: 30.0, gravitropism: 0.0 });
+        let law = Law::at(stock(&roots), Place { age: 30.0, gravitropism: 0.0 });
         let wishes = Wishes { height: Some(27.0), ..Wishes::default() };
         let own = state(&roots[3], 0.01);
         let granted = grant(own, &law, &wishes);
@@ -157,7 +162,7 @@ mod tests {
     #[test]
     fn without_a_wish_the_state_stays_as_it_is() {
         let roots = roots();
-        let law = Law::at(&roots, 0.01, Place { age: 30.0, gravitropism: 0.0 });
+        let law = Law::at(stock(&roots), Place { age: 30.0, gravitropism: 0.0 });
         let own = state(&roots[7], 0.01);
         assert_eq!(grant(own, &law, &Wishes::default()), own);
     }

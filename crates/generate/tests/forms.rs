@@ -1,15 +1,14 @@
 //! Trees that are kept in a volume: what cannot grow at its wall grows elsewhere.
 #![allow(clippy::unwrap_used, reason = "a test that cannot set its stage has failed")]
 
+mod common;
+
+use common::{depths, shipped};
 use deeptree_generate::{Generated, Limits, Request, generate, generate_in};
 use deeptree_graph::signature::tip_count;
-use deeptree_graph::{BranchGraph, NodeId, Seed};
+use deeptree_graph::{NodeId, Seed};
 use deeptree_infer::{Model, Predictor, SimdPath, Workspace};
 use deeptree_scene::{Environment, Site, Volume};
-
-fn shipped() -> Model {
-    Model::from_bytes(include_bytes!("../../../models/situated.safetensors")).unwrap()
-}
 
 fn site(volume: Option<Volume>) -> Site {
     Site::new(Environment { volume, ..Environment::default() })
@@ -19,14 +18,6 @@ fn grown(model: &Model, species: &str, site: &Site, seed: u64, batch: usize) -> 
     let request = Request::new(species, Seed(seed));
     let limits = Limits { batch, ..Limits::default() };
     generate_in(model, &request, site, limits, &mut Workspace::default()).unwrap()
-}
-
-fn depths(tree: &BranchGraph) -> Vec<usize> {
-    let mut depths = vec![0; tree.len()];
-    for (id, node) in tree.nodes().iter().enumerate().skip(1) {
-        depths[id] = depths[node.parent.unwrap() as usize] + 1;
-    }
-    depths
 }
 
 #[test]

@@ -1,6 +1,9 @@
 //! What holds for every tree that is pruned and grown again.
 #![allow(clippy::unwrap_used, reason = "a test that cannot set its stage has failed")]
 
+mod common;
+
+use common::{depths, shipped};
 use deeptree_generate::{GenerateError, Limits, RegrowError, Regrown, Request, generate, regrow};
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{
@@ -8,10 +11,6 @@ use deeptree_graph::{
     senses,
 };
 use deeptree_infer::{Active, Branchlet, Former, Model, Predictor, Settled, SimdPath, Workspace};
-
-fn shipped() -> Model {
-    Model::from_bytes(include_bytes!("../../../models/situated.safetensors")).unwrap()
-}
 
 fn published() -> Model {
     Model::from_bytes(include_bytes!("../../../models/paper.safetensors")).unwrap()
@@ -127,15 +126,6 @@ fn another_seed_grows_another_tree() {
     assert_ne!(places(&make(1)), places(&make(2)));
 }
 
-/// How far each node is from the root, in nodes.
-fn depths(tree: &BranchGraph) -> Vec<usize> {
-    let mut depths = vec![0; tree.len()];
-    for (id, node) in tree.nodes().iter().enumerate().skip(1) {
-        depths[id] = depths[node.parent.unwrap() as usize] + 1;
-    }
-    depths
-}
-
 #[test]
 fn a_wound_grows_again_the_same_up_to_the_level_of_any_other() {
     // Nodes can see what has grown up to their level, but not what another wound will bear.
@@ -209,14 +199,7 @@ fn branchlets(
 ) -> Vec<Branchlet> {
     let species = model.species().iter().position(|name| *name == tree.info.species).unwrap();
     let tip_radius = model.tip_radius(species);
-    let conditions = TreeConditions {
-        age: tree.info.age as f32,
-        gravitropism: tree.info.gravitropism,
-        species,
-        tip_radius,
-        root_tips: tip_count(tree.root().thickness, tip_radius),
-        traits,
-    };
+    let conditions = TreeConditions { traits, ..TreeConditions::of(tree, species, tip_radius) };
     let mut lineages = vec![Lineage::ROOT; tree.len()];
     for (id, node) in tree.nodes().iter().enumerate().skip(1) {
         lineages[id] = lineages[node.parent.unwrap() as usize].child(node.slot);

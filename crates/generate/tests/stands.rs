@@ -1,15 +1,14 @@
 //! What holds for every stand that the shipped model generates.
 #![allow(clippy::unwrap_used, reason = "a test that cannot set its stage has failed")]
 
+mod common;
+
+use common::shipped;
 use deeptree_generate::{
     GenerateError, Generated, Limits, Planted, Request, StandError, generate, generate_stand,
 };
 use deeptree_graph::{Seed, Vec3};
 use deeptree_infer::{Model, Workspace};
-
-fn shipped() -> Model {
-    Model::from_bytes(include_bytes!("../../../models/situated.safetensors")).unwrap()
-}
 
 /// A tree of a stand: species, seed, x and z.
 type Tree = (&'static str, u64, [f32; 2]);

@@ -46,8 +46,8 @@ pub struct Crowd {
     pub towards: Vec3,
 }
 
-/// How many nodes stand where: what [`Sense`] is told of the neighbourhood. Trees that grow in the
-/// same stand share one.
+/// How many nodes stand where: what [`Sense`] is told of the neighbourhood. Each tree has its own, in
+/// its own frame; in a stand the nodes of the others are counted in it, too.
 #[derive(Clone, Debug)]
 pub struct Neighbourhood {
     near: Grid,
@@ -59,12 +59,7 @@ impl Neighbourhood {
     #[must_use]
     pub fn of_a_tree() -> Self {
         let half = GROWTH_SPACE / 2.0;
-        Self::between(Vec3::new(-half, 0.0, -half), Vec3::new(half, GROWTH_SPACE, half))
-    }
-
-    /// An empty neighbourhood between two corners, the lower one first.
-    #[must_use]
-    pub fn between(low: Vec3, high: Vec3) -> Self {
+        let (low, high) = (Vec3::new(-half, 0.0, -half), Vec3::new(half, GROWTH_SPACE, half));
         Self { near: Grid::new(low, high, NEAR_CELL), wide: Grid::new(low, high, WIDE_CELL) }
     }
 

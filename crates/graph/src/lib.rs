@@ -19,6 +19,7 @@
 
 #![forbid(unsafe_code)]
 
+mod algebra;
 mod blend;
 mod cloud_index;
 pub mod codec;
@@ -37,6 +38,7 @@ mod surround;
 pub mod testing;
 mod traits;
 
+pub use algebra::solve;
 pub use blend::Share;
 pub use cloud_index::CloudIndex;
 pub use crowding::{Balance, Crowd, Neighbourhood, Sense, senses, senses_in};

@@ -2,7 +2,11 @@
 
 use crate::graph::{BranchGraph, MAX_CHILDREN};
 use crate::reach::{least_reach, reaches};
+use crate::signature::TreeConditions;
 use crate::signature::situated::Branching;
+
+/// Reach that is guessed at most, in nodes.
+const MOST_GUESSED: f32 = 60.0;
 
 /// What is to grow below a node that bears some tips. A tree whose nodes inherit it grows to the
 /// size its root was told.
@@ -34,6 +38,17 @@ impl Plan {
         let reach = self.reach.max(least_reach(tips));
         let (least, most) = Self::nodes_between(tips, reach);
         Self { reach, nodes: self.nodes.clamp(least, most) }
+    }
+
+    /// The tips and the plan of a node of which only this is known: its `share` of the tree's wood,
+    /// 0 to 1, and the longest way beyond it, `longest` metres of the growth space, which are as many
+    /// nodes ([`TreeTraits::reach`](crate::TreeTraits::reach)), 60 at most.
+    #[must_use]
+    pub fn guessed(tree: &TreeConditions, share: f32, longest: f32) -> (u32, Self) {
+        let tips = libm::roundf(share * tree.root_tips as f32).max(1.0) as u32;
+        let reach = libm::roundf(longest).clamp(1.0, MOST_GUESSED) as u16;
+        let nodes = (share * tree.traits.nodes) as u32;
+        (tips, Self { reach, nodes }.kept(tips))
     }
 
     /// The nearest tips and plan that a node can have which branches so: for where tips and plan are
@@ -125,6 +140,19 @@ mod tests {
                 assert_eq!(plan.bent_to(branching, tips), (tips, plan));
             }
         }
+    }
+
+    #[test]
+    fn what_is_guessed_of_a_whole_tree_is_its_own_and_of_a_part_its_share() {
+        let tree = random_tree(3, 300);
+        let all = TreeConditions { root_tips: 240, ..TreeConditions::of(&tree, 0, 0.01) };
+        let (tips, plan) = Plan::guessed(&all, 1.0, 20.4);
+        assert_eq!((tips, plan), (240, Plan { reach: 20, nodes: tree.len() as u32 }));
+        let (tips, plan) = Plan::guessed(&all, 0.25, 9.5);
+        assert_eq!((tips, plan), (60, Plan { reach: 10, nodes: tree.len() as u32 / 4 }));
+        // Never nothing, never without end, and always what a node can keep.
+        let (tips, plan) = Plan::guessed(&all, 0.0, 1e9);
+        assert_eq!((tips, plan), (1, Plan { reach: 60, nodes: 60 }));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::graph::{BranchGraph, MAX_CHILDREN, Node, NodeId};
-use crate::reach::reaches;
+use crate::plan::{Plan, plans};
 
 /// What to cut off. A node that is cut takes with it all that it bears.
 ///
@@ -105,7 +105,7 @@ pub fn prune(tree: &BranchGraph, cuts: &[Cut]) -> Result<Pruned, PruneError> {
     if is_cut[0] {
         return Err(PruneError::NothingLeft);
     }
-    let (reaches, sizes) = (reaches(tree), sizes(tree));
+    let plans = plans(tree);
     let mut left = tree.root_only();
     let mut kept = vec![None; tree.len()];
     kept[0] = Some(0);
@@ -125,25 +125,14 @@ pub fn prune(tree: &BranchGraph, cuts: &[Cut]) -> Result<Pruned, PruneError> {
                 before.push(child);
             } else {
                 let thickness = tree.node(child).thickness;
-                let (reach, nodes) = (reaches[child as usize], sizes[child as usize]);
+                let Plan { reach, nodes: below } = plans[child as usize];
+                let nodes = 1 + below;
                 wounds.push(Wound { node, slot: slot as u8, thickness, reach, nodes });
             }
         }
         next += 1;
     }
     Ok(Pruned { tree: left, kept, wounds })
-}
-
-/// For each node, how many nodes it bears, itself included.
-fn sizes(tree: &BranchGraph) -> Vec<u32> {
-    let mut sizes = vec![1; tree.len()];
-    // Children stand after their parents.
-    for (id, node) in tree.nodes().iter().enumerate().rev() {
-        if let Some(parent) = node.parent {
-            sizes[parent as usize] += sizes[id];
-        }
-    }
-    sizes
 }
 
 /// For each node, whether it or one that bears it is cut.
@@ -264,6 +253,7 @@ fn distance(a: Vec3, b: Vec3, point: Vec3) -> f32 {
 mod tests {
     use super::*;
     use crate::codec::csv::{self, CsvWriter};
+    use crate::reach::reaches;
     use crate::testing::random_tree;
     use crate::{ChildSignature, Quat, TreeInfo};
     use proptest::prelude::*;

@@ -50,6 +50,12 @@ pub enum Purpose {
     ChildLength = 35,
     /// Rotation of a child.
     ChildRotation = 36,
+    /// How far the children of a node reach.
+    ChildReach = 37,
+    /// How many nodes grow below the children of a node.
+    ChildSize = 38,
+    /// How hard the trees around bear on a tree.
+    Competition = 39,
     /// Initial weights of a network.
     InitialWeights = 64,
     /// Order of the branchlets in a training epoch.
@@ -58,12 +64,6 @@ pub enum Purpose {
     TrainingNoise = 66,
     /// Which trees an evaluation looks at.
     Evaluation = 67,
-    /// How far the children of a node reach.
-    ChildReach = 37,
-    /// How many nodes grow below the children of a node.
-    ChildSize = 38,
-    /// How hard the trees around bear on a tree.
-    Competition = 39,
     /// Where the flutes of a trunk stand, and the long side of a branch's cross-section.
     CrossSection = 96,
     /// When a branch swings in the wind.

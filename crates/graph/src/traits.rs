@@ -67,6 +67,18 @@ impl TreeTraits {
     /// How many numbers [`Self::state`] has.
     pub const STATES: usize = 1 + Self::COUNT;
 
+    /// Names of the numbers of [`Self::state`].
+    pub const STATE_NAMES: [&str; Self::STATES] = [
+        "tips",
+        "nodes",
+        "longest_path",
+        "branches",
+        "mean_path",
+        "crown_radius",
+        "height",
+        "trunk_length",
+    ];
+
     /// The traits of a tree of so many tips as numbers that linear laws fit, counts as logarithms:
     /// ln tips, ln nodes, longest path, ln branches, mean path, crown radius, height, length of the
     /// trunk; lengths in metres.

@@ -32,8 +32,7 @@ impl Competition {
     ///
     /// When a part of it is missing, or has another shape than it must have.
     pub fn read(weights: &Weights) -> Result<Option<Self>, ReadWeightsError> {
-        let own = |name: &str| name.strip_prefix(NAME).is_some_and(|rest| rest.starts_with('.'));
-        if !weights.names().any(own) {
+        if !weights.has_network(NAME) {
             return Ok(None);
         }
         let species = weights.species().len();

@@ -26,7 +26,7 @@ pub use mlp::{Dense, Mlp, MlpError, Scratch};
 pub use outlook::{Code, Expectation, Outlook};
 pub use predictor::{
     Active, Branchlet, Chance, Foretold, Former, Known, KnownChild, KnownTree, Model, Overflow,
-    Predictor, ROOT_COLUMNS, Rank, Root, Settled, Workspace,
+    Predictor, ROOT_COLUMNS, Rank, Root, Settled, TREND_COLUMNS, Trend, Workspace,
 };
 pub use weights::{
     BlendError, ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder, layer_names,

@@ -22,7 +22,7 @@ use crate::mlp::{Mlp, Scratch};
 use crate::predictor::network;
 use crate::weights::{ReadWeightsError, Weights};
 
-const NAME: &str = "points.";
+const NAME: &str = "points";
 
 /// Numbers that are told of the points around a node.
 const TOLD: usize = CODE + SUMMARY_LEN;
@@ -44,11 +44,11 @@ impl Hearing {
     ///
     /// When one of them is missing, or has another shape than it must have.
     pub(crate) fn read(weights: &Weights) -> Result<Option<Self>, ReadWeightsError> {
-        if !weights.names().any(|name| name.starts_with(NAME)) {
+        if !weights.has_network(NAME) {
             return Ok(None);
         }
         let network = |name: &str, inputs, outputs| {
-            network(weights, &format!("{NAME}{name}"), inputs, outputs)
+            network(weights, &format!("{NAME}.{name}"), inputs, outputs)
         };
         let rotation = |slot: usize| {
             network(&format!("rotation{}", slot + 1), TOLD + ROTATION_OUTPUTS, ROTATION_OUTPUTS)

@@ -9,14 +9,14 @@ use std::collections::BTreeMap;
 
 use burn::tensor::{Device, Tensor, TensorData};
 use deeptree_graph::signature::competition::{self, Contender, INDICES, OUTPUTS};
-use deeptree_graph::{Lineage, Purpose, Seed, Vec2};
-use deeptree_infer::{Model, Table, Weights, WeightsBuilder};
+use deeptree_graph::{Lineage, Purpose, Seed, TreeTraits, Vec2};
+use deeptree_infer::{Table, Weights, WeightsBuilder};
 
 use crate::adam::State;
 use crate::mlp::{self, Mlp};
 use crate::order::Order;
 use crate::report::{Figures, Tally};
-use crate::{NetworkReport, Report, TrainError};
+use crate::{Kind, NetworkReport, Report, TrainError};
 
 /// Name of the network.
 pub(crate) const NAME: &str = "competition";
@@ -34,19 +34,6 @@ const AVERAGE: f64 = 0.99;
 
 /// Number of ln nodes among the outputs.
 const NODES: usize = 1;
-
-/// Names of the figures, `r2_` and the number of the state: its share of the variance that is
-/// foreseen.
-const STATES: [&str; OUTPUTS] = [
-    "tips",
-    "nodes",
-    "longest_path",
-    "branches",
-    "mean_path",
-    "crown_radius",
-    "height",
-    "trunk_length",
-];
 
 /// A tree of a stand.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,17 +61,22 @@ pub struct Rivalries {
 ///
 /// # Errors
 ///
-/// When there are no trees to learn from or to judge by, their species are none of the model's, or
-/// the training diverges.
+/// When there are no trees to learn from or to judge by, their species are none of the model's, the
+/// report is of another model, the model is not of kind `situated`, or the training diverges.
 pub fn train_competition(
     set: &Rivalries,
     seed: Seed,
     (model, report): (&Weights, &Report),
 ) -> Result<(Vec<u8>, Report), TrainError> {
+    report.check(model, Kind::Situated)?;
     let species = model.species().len();
     for (part, trees) in [("training", &set.train), ("validation", &set.validation)] {
         if trees.is_empty() {
             return Err(TrainError::NoTrees { part });
+        }
+        if let Some(tree) = trees.iter().position(|tree| tree.own.species >= species) {
+            let number = format!("number {}", trees[tree].own.species);
+            return Err(TrainError::UnknownSpecies { part, tree, species: number });
         }
     }
     let start = std::time::Instant::now();
@@ -94,16 +86,10 @@ pub fn train_competition(
         builder.table(name, table);
     }
     let bytes = builder.to_bytes()?;
-    // What is written must be what inference reads.
-    let weight_count = Model::from_bytes(&bytes)?.weight_count();
-    let hash = Weights::from_bytes(&bytes)?.sha256();
-    let mut report = report.clone();
     let seconds = start.elapsed().as_secs_f64();
     let samples_per_second = (STEPS * BATCH as u64) as f64 / seconds.max(1e-9);
-    report.networks.insert(NAME.into(), NetworkReport { seconds, samples_per_second, ..network });
-    report.seconds = report.networks.values().map(|one| one.seconds).sum();
-    (report.weight_count, report.bytes) = (weight_count, bytes.len());
-    report.sha256 = hash.iter().map(|byte| format!("{byte:02x}")).collect();
+    let network = NetworkReport { seconds, samples_per_second, ..network };
+    let report = report.with(NAME, network, &bytes)?;
     Ok((bytes, report))
 }
 
@@ -244,7 +230,7 @@ fn judge(
     let means = std::mem::take(&mut figures.values);
     let mean = |i: usize| means.get(&raw[i]).copied().unwrap_or(f64::NAN);
     figures.values.insert("scatter_nodes".into(), libm::sqrt(mean(NODES) / mean(3 * OUTPUTS)));
-    for (i, name) in STATES.into_iter().enumerate() {
+    for (i, name) in TreeTraits::STATE_NAMES.into_iter().enumerate() {
         let (error, first, second) = (mean(i), mean(OUTPUTS + i), mean(2 * OUTPUTS + i));
         figures.values.insert(format!("mse_{name}"), error);
         let r2 = 1.0 - error / (second - first * first);

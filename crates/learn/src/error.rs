@@ -53,10 +53,7 @@ pub enum TrainError {
          folder to start anew"
     )]
     OtherRun { path: PathBuf, difference: String },
-    #[error(
-        "the model's other networks cannot be kept: {what}; train all of them, or name such \
-         trees and the options that it was made with"
-    )]
+    #[error("the model's other networks cannot be kept: {what}")]
     OtherModel { what: &'static str },
     #[error("{path} is damaged ({what}); delete it to train that network anew")]
     Checkpoint { path: PathBuf, what: &'static str },

@@ -6,6 +6,7 @@ use deeptree_infer::{Table, Weights};
 
 use crate::competition;
 use crate::tasks::Network;
+use crate::trend;
 use crate::{Kind, NetworkReport, Report, TrainError, TrainOptions, TrainingSet};
 
 /// How far the tables of turns may be from those of the model, in deviations.
@@ -27,16 +28,15 @@ impl<'a> Kept<'a> {
         model: &'a Weights,
         report: &'a Report,
     ) -> Result<Self, TrainError> {
-        let sha256: String = model.sha256().iter().map(|byte| format!("{byte:02x}")).collect();
+        report.check(model, options.kind)?;
         let told = TrainOptions { workers: options.workers, ..report.options.clone() };
-        for (what, is_same) in [
-            ("the report beside it is of another model", sha256 == report.sha256),
-            ("it is for other species", set.species == report.species),
-            ("it was trained with other options", *options == told),
-        ] {
-            if !is_same {
-                return Err(TrainError::OtherModel { what });
-            }
+        if set.species != report.species {
+            let what = "it is for other species; name trees of its species, or train all networks";
+            return Err(TrainError::OtherModel { what });
+        }
+        if *options != told {
+            let what = "it was trained with other options; name those, or train all networks";
+            return Err(TrainError::OtherModel { what });
         }
         let all = Network::all(options.kind);
         let number = |name: &String| {
@@ -70,7 +70,8 @@ impl<'a> Kept<'a> {
         if turns && both("tip_radius").is_some_and(|(ours, theirs)| ours == theirs) {
             return Ok(());
         }
-        Err(TrainError::OtherModel { what: "rotations or tips lie otherwise in these trees" })
+        let what = "rotations or tips lie otherwise in these trees; train all networks";
+        Err(TrainError::OtherModel { what })
     }
 
     /// What is known of the model's networks, and of which trees they are where not of these.
@@ -84,11 +85,11 @@ impl<'a> Kept<'a> {
         reports
     }
 
-    /// The names of the networks that are kept.
+    /// The names of the networks and tables that are kept.
     pub(crate) fn networks(&self, kind: Kind) -> impl Iterator<Item = &'static str> {
         let all = Network::all(kind).into_iter();
         let nodes = all.filter(|network| !self.only.contains(network)).map(Network::name);
         // These learn from other trees, so they are never among those that are trained here.
-        nodes.chain([competition::NAME, Network::Points.name()])
+        nodes.chain([competition::NAME, Network::Points.name(), trend::NAME])
     }
 }

@@ -42,6 +42,7 @@ mod surroundings;
 mod tables;
 mod tasks;
 mod training;
+mod trend;
 
 pub use competition::{Rivalries, Rivalry, train_competition};
 pub use device::Processor;
@@ -49,7 +50,8 @@ pub use error::TrainError;
 pub use model::{TrainedModel, retrain, train, train_points};
 pub use options::{Kind, NetworkOptions, TrainOptions};
 pub use progress::{Silent, TrainEvent, TrainProgress};
-pub use report::{Figures, NetworkReport, ReliabilityBin, Report};
+pub use report::{Figures, NetworkReport, ReliabilityBin, Report, TrendReport};
 pub use scan::{Scan, Scans};
 pub use set::TrainingSet;
 pub use surroundings::Surroundings;
+pub use trend::{Surveyed, train_trend};

@@ -181,7 +181,9 @@ mod tests {
     use deeptree_graph::signature::inheritance::REACH_OUTPUTS;
     use deeptree_graph::signature::paper::JOINT_LEN;
     use deeptree_graph::signature::situated::{Alignment, ROTATION_OUTPUTS, SPLIT_OUTPUTS};
-    use deeptree_graph::{Lineage, Purpose, Seed};
+    use deeptree_graph::{Lineage, Purpose, Seed, Vec2};
+
+    use crate::tasks::SwingTarget;
 
     type Loss = fn(Tensor<2>, Tensor<2>) -> Tensor<1>;
 
@@ -265,9 +267,9 @@ mod tests {
 
     /// Targets of a swing that can be aligned so.
     fn swing(x: f32, y: f32, alignment: Alignment, is_aligned: bool) -> Vec<f32> {
-        const K: usize = ROTATION_COMPONENTS;
-        let flags = [is_aligned, alignment == Alignment::Straight];
-        [vec![x; K], vec![y; K], flags.map(|flag| f32::from(u8::from(flag))).to_vec()].concat()
+        let mut targets = vec![0.0; ROTATION_TARGETS];
+        SwingTarget { swing: Vec2::new(x, y), alignment, is_aligned }.write(&mut targets);
+        targets
     }
 
     fn lateral(outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
@@ -291,8 +293,8 @@ mod tests {
                 for is_aligned in [false, true] {
                     let targets = swing(at[0], at[1], alignment, is_aligned);
                     let loss = f64::from(value(loss, &outputs, &targets));
-                    let (x, y) = (f64::from(at[0]), f64::from(at[1]));
-                    let plain = crate::tasks::judge_swing(&outputs, alignment, x, y, is_aligned);
+                    let swing = Vec2::new(at[0], at[1]);
+                    let plain = SwingTarget { swing, alignment, is_aligned }.nll(&outputs);
                     assert!((loss - plain).abs() < 1e-4 * plain.abs().max(1.0), "{loss} {plain}");
                 }
             }

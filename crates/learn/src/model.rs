@@ -14,7 +14,7 @@ use crate::course::{Course, Dense, Outlook, Points};
 use crate::kept::Kept;
 use crate::mlp::Mlp;
 use crate::options::Schedule;
-use crate::report::Report;
+use crate::report::{Report, hexadecimal};
 use crate::rotations::Rotations;
 use crate::set::{Corpus, species_numbers};
 use crate::tables;
@@ -123,8 +123,8 @@ fn train_those(
 ///
 /// # Errors
 ///
-/// As [`train`]; and when the scans are not those of the trees, or the model does not know the set's
-/// species in their order.
+/// As [`train`]; and when the scans are not those of the trees, the report is of another model, or the
+/// model is not of kind `situated` or does not know the set's species in their order.
 pub fn train_points(
     set: &TrainingSet,
     scans: &Scans,
@@ -136,15 +136,16 @@ pub fn train_points(
     options.validate()?;
     set.check()?;
     scans.check(set)?;
+    report.check(base, Kind::Situated)?;
     if set.species != base.species() {
         let [found, known] = [&set.species, base.species()].map(|names| names.join(", "));
         return Err(TrainError::OtherSpecies { found, known });
     }
     let species = species_numbers("training", &set.train, &set.species)?;
     let judged = species_numbers("validation", &set.validation, &set.species)?;
+    let device = options.device.device()?;
     let data_hash = format!("{} for {}", set.data_hash, hexadecimal(base.sha256()));
     checkpoint::open(checkpoints, set, &data_hash, options)?;
-    let device = options.device.device()?;
     let course = Points::new(
         base,
         (&set.train, &scans.train, &species),
@@ -160,14 +161,8 @@ pub fn train_points(
         model.table(name, table.clone());
     }
     let weights = model.to_bytes()?;
-    let mut report = report.clone();
-    let data_hash = Some(set.data_hash.clone());
-    report.networks.insert(own.name.into(), NetworkReport { data_hash, ..own.report });
-    report.seconds = report.networks.values().map(|one| one.seconds).sum();
-    // What is written must be what inference reads.
-    report.weight_count = Model::from_bytes(&weights)?.weight_count();
-    (report.bytes, report.sha256) =
-        (weights.len(), hexadecimal(Weights::from_bytes(&weights)?.sha256()));
+    let network = NetworkReport { data_hash: Some(set.data_hash.clone()), ..own.report };
+    let report = report.with(own.name, network, &weights)?;
     Ok((weights, report))
 }
 
@@ -328,15 +323,12 @@ impl Run<'_> {
             seconds: reports.values().map(|one| one.seconds).sum(),
             weight_count: reports.values().map(|one| one.weight_count).sum(),
             bytes: weights.len(),
-            sha256: hash.iter().map(|byte| format!("{byte:02x}")).collect(),
+            sha256: hexadecimal(hash),
             options: self.options.clone(),
+            trend: self.kept.and_then(|kept| kept.report.trend.clone()),
             networks: reports,
         })
     }
-}
-
-fn hexadecimal(bytes: [u8; 32]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The results in the order of the networks, or the first error of them.

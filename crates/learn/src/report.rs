@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use deeptree_infer::{Model, ReadWeightsError, Weights};
 use serde::{Deserialize, Serialize};
 
-use crate::{TrainError, TrainOptions};
+use crate::{Kind, TrainError, TrainOptions};
 
 /// Bins of the reliability table.
 const BINS: usize = 10;
@@ -32,8 +33,20 @@ pub struct Report {
     pub sha256: String,
     /// The options.
     pub options: TrainOptions,
+    /// The trees that its trend was fitted to, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trend: Option<TrendReport>,
     /// The networks, by name.
     pub networks: BTreeMap<String, NetworkReport>,
+}
+
+/// What a trend over age and gravitropism was fitted to.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TrendReport {
+    /// Tells the trees from others.
+    pub data_hash: String,
+    /// How many trees.
+    pub trees: usize,
 }
 
 impl Report {
@@ -54,6 +67,56 @@ impl Report {
     pub fn from_toml(text: &str) -> Result<Self, TrainError> {
         toml::from_str(text).map_err(TrainError::Report)
     }
+
+    /// Refuses a model that this is no report of, and one of another kind.
+    pub(crate) fn check(&self, model: &Weights, kind: Kind) -> Result<(), TrainError> {
+        let what = if hexadecimal(model.sha256()) != self.sha256 {
+            "the file beside it tells of another model; put its own there"
+        } else if model.kind() != kind.into() || self.options.kind != kind {
+            "it is of another kind; name one of the kind that is trained"
+        } else {
+            return Ok(());
+        };
+        Err(TrainError::OtherModel { what })
+    }
+
+    /// What is told of the same model with another network, of which `weights` is the file.
+    pub(crate) fn with(
+        &self,
+        name: &str,
+        network: NetworkReport,
+        weights: &[u8],
+    ) -> Result<Self, ReadWeightsError> {
+        let mut report = self.clone();
+        report.networks.insert(name.into(), network);
+        report.seconds = report.networks.values().map(|one| one.seconds).sum();
+        report.tell(weights)?;
+        Ok(report)
+    }
+
+    /// What is told of the same model with another trend, of which `weights` is the file.
+    pub(crate) fn with_trend(
+        &self,
+        trend: TrendReport,
+        weights: &[u8],
+    ) -> Result<Self, ReadWeightsError> {
+        let mut report = Self { trend: Some(trend), ..self.clone() };
+        report.tell(weights)?;
+        Ok(report)
+    }
+
+    /// Tells of the file `weights`, which must be what inference reads.
+    fn tell(&mut self, weights: &[u8]) -> Result<(), ReadWeightsError> {
+        let read = Weights::from_bytes(weights)?;
+        self.weight_count = Model::from_weights(&read)?.weight_count();
+        (self.bytes, self.sha256) = (weights.len(), hexadecimal(read.sha256()));
+        Ok(())
+    }
+}
+
+/// Bytes as hexadecimal digits.
+pub(crate) fn hexadecimal(bytes: [u8; 32]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// How one network was trained, and its figures.

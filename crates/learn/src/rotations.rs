@@ -43,20 +43,7 @@ impl Rotations {
 
     /// Those that a model was trained with.
     pub(crate) fn of(weights: &Weights) -> Result<Self, ReadWeightsError> {
-        let species = weights.species().len();
-        let table = |name| weights.table(name, &[Some(species), Some(MAX_CHILDREN), Some(3)]);
-        let (means, scales) = (table("rotation_mean")?, table("rotation_scale")?);
-        let slot = |species: usize, slot: usize| {
-            let (mean, scale) = (&means.row(species)[3 * slot..], &scales.row(species)[3 * slot..]);
-            Slot {
-                mean: Vec2::from_slice(mean),
-                roll: mean[2],
-                scale: Vec2::from_slice(scale),
-                roll_scale: scale[2],
-            }
-        };
-        let slots = |species| std::array::from_fn(|number| slot(species, number));
-        Ok(Self { slots: (0..species).map(slots).collect() })
+        Ok(Self { slots: weights.slots()? })
     }
 
     /// The turn of a child, in deviations of its slot.

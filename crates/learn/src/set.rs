@@ -3,7 +3,7 @@
 use deeptree_graph::signature::situated::Branching;
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{
-    BranchGraph, MAX_CHILDREN, Node, NodeId, Plan, Sense, TreeTraits, plans, senses, senses_in,
+    BranchGraph, MAX_CHILDREN, Node, NodeId, Plan, Sense, plans, senses, senses_in,
 };
 use deeptree_scene::Site;
 
@@ -85,14 +85,10 @@ impl<'a> Corpus<'a> {
         species: &[usize],
         tip_radius: &[f32],
     ) -> Self {
-        let conditions = trees.iter().zip(species).map(|(tree, &species)| TreeConditions {
-            age: tree.info.age as f32,
-            gravitropism: tree.info.gravitropism,
-            species,
-            tip_radius: tip_radius[species],
-            root_tips: tip_count(tree.root().thickness, tip_radius[species]),
-            traits: TreeTraits::of(tree),
-        });
+        let conditions = trees
+            .iter()
+            .zip(species)
+            .map(|(tree, &species)| TreeConditions::of(tree, species, tip_radius[species]));
         let conditions: Vec<TreeConditions> = conditions.collect();
         let mut starts = vec![0];
         starts.extend(trees.iter().scan(0, |end, tree| {

@@ -1,14 +1,15 @@
 //! What the network of competition learns.
 #![allow(clippy::unwrap_used, reason = "a test that cannot set its stage has failed")]
 
+#[allow(dead_code, reason = "other tests use more of it")]
 mod synthetic;
 
 use deeptree_graph::signature::competition::{Contender, OUTPUTS};
 use deeptree_graph::{Draws, Lineage, Purpose, Seed, Vec2};
 use deeptree_infer::{Competition, Weights, WeightsBuilder};
 use deeptree_learn::{
-    Kind, Rivalries, Rivalry, Silent, TrainError, TrainOptions, TrainedModel, retrain, train,
-    train_competition,
+    Kind, Report, Rivalries, Rivalry, Silent, TrainError, TrainOptions, TrainedModel, retrain,
+    train, train_competition, train_points,
 };
 
 fn options() -> TrainOptions {
@@ -73,10 +74,16 @@ fn a_law_of_competition_is_learned_and_every_other_network_is_kept() {
     assert!((near[1] + 1.472).abs() < 0.2, "{near:?}");
     assert_eq!(learn().0, bytes, "the same bits again");
 
-    // Training a network of nodes anew keeps it.
-    let (only, folder) = (["size".to_owned()], tempfile::tempdir().unwrap());
-    let kept = (&after, &report);
-    let again = retrain(&synthetic::set(4), &options(), &only, kept, folder.path(), &Silent);
+    // Training a network of nodes anew keeps it, and those that hear of points.
+    let (nodes, folder) = (synthetic::set(4), tempfile::tempdir().unwrap());
+    let one = TrainOptions { epochs: 1, steps_per_epoch: Some(1), ..TrainOptions::points() };
+    let (kept, scans) = ((&after, &report), synthetic::scans(&nodes));
+    let (bytes, report) =
+        train_points(&nodes, &scans, kept, &one, &folder.path().join("points"), &Silent).unwrap();
+    let hears = Weights::from_bytes(&bytes).unwrap();
+    assert!(hears.names().any(|name| name.starts_with("points.")));
+    let (only, kept) = (["size".to_owned()], (&hears, &report));
+    let again = retrain(&nodes, &options(), &only, kept, &folder.path().join("size"), &Silent);
     assert_eq!(again.unwrap().weights, bytes);
 }
 
@@ -87,4 +94,19 @@ fn without_trees_there_is_nothing_to_learn() {
     let set = Rivalries { train: vec![], validation: vec![], data_hash: String::new() };
     let error = train_competition(&set, Seed(1), (&weights, &model.report)).unwrap_err();
     assert!(matches!(error, TrainError::NoTrees { .. }));
+}
+
+#[test]
+fn other_reports_and_species_that_the_model_has_not_are_refused() {
+    let model = model();
+    let weights = Weights::from_bytes(&model.weights).unwrap();
+    let mut draws = Seed(3).draws(Lineage::ROOT, Purpose::Evaluation);
+    let trees = vec![rivalry(&mut draws)];
+    let mut set = Rivalries { train: trees.clone(), validation: trees, data_hash: String::new() };
+    let other = Report { sha256: "0".repeat(64), ..model.report.clone() };
+    let error = train_competition(&set, Seed(1), (&weights, &other)).unwrap_err();
+    assert!(matches!(error, TrainError::OtherModel { .. }), "{error}");
+    set.validation[0].own.species = 2;
+    let error = train_competition(&set, Seed(1), (&weights, &model.report)).unwrap_err();
+    assert!(matches!(error, TrainError::UnknownSpecies { part: "validation", .. }), "{error}");
 }

@@ -6,34 +6,14 @@ mod synthetic;
 
 use std::sync::OnceLock;
 
-use deeptree_graph::signature::{TreeConditions, tip_count};
-use deeptree_graph::{
-    BranchGraph, CloudIndex, Lineage, NodeId, Quat, Seed, TreeTraits, Vec3, plans, senses,
-};
+use deeptree_graph::signature::TreeConditions;
+use deeptree_graph::{BranchGraph, CloudIndex, Lineage, NodeId, Quat, Seed, Vec3, plans, senses};
 use deeptree_infer::{Active, Branchlet, Model, Predictor, SimdPath, Weights, Workspace};
 use deeptree_learn::{
-    Kind, NetworkOptions, Report, Scan, Scans, Silent, TrainError, TrainOptions, TrainingSet,
-    train, train_points,
+    Kind, NetworkOptions, Report, Scans, Silent, TrainError, TrainOptions, train, train_points,
 };
 
-/// A scanner that sees each internode but those of every fifth branch, and four points of each.
-fn scan(tree: &BranchGraph) -> Scan {
-    let mut scan = Scan::default();
-    for (id, node) in tree.nodes().iter().enumerate() {
-        if id % 5 != 4 {
-            for part in [0.2, 0.45, 0.7, 0.95] {
-                scan.points.push(node.base().lerp(node.position, part));
-                scan.nodes.push(id as NodeId);
-            }
-        }
-    }
-    scan
-}
-
-fn scans(set: &TrainingSet) -> Scans {
-    let all = |trees: &[BranchGraph]| trees.iter().map(scan).collect();
-    Scans { train: all(&set.train), validation: all(&set.validation) }
-}
+use synthetic::{scan, scans};
 
 /// A model that knows a little of the trees.
 fn base() -> &'static (Weights, Report) {
@@ -92,17 +72,10 @@ fn branchlets(
     path: SimdPath,
     batch: usize,
 ) -> Vec<Branchlet> {
-    let tip_radius = model.tip_radius(0);
-    let conditions = TreeConditions {
-        age: 30.0,
-        gravitropism: 0.0,
-        species: 0,
-        tip_radius,
-        root_tips: tip_count(tree.root().thickness, tip_radius),
-        traits: TreeTraits::of(tree),
-    };
+    let conditions =
+        TreeConditions { age: 30.0, ..TreeConditions::of(tree, 0, model.tip_radius(0)) };
     let plans = plans(tree);
-    let senses = senses(tree, tip_radius, &plans);
+    let senses = senses(tree, conditions.tip_radius, &plans);
     let active = |id: usize| Active {
         node: &tree.nodes()[id],
         parent: None,
@@ -245,4 +218,28 @@ fn scans_that_are_not_of_the_trees_are_refused() {
     let mut other = scans(&set);
     other.validation[0].nodes[3] = 1_000_000;
     assert!(refused(&other).contains("validation tree 0"), "{}", refused(&other));
+}
+
+#[test]
+fn reports_of_other_models_and_models_of_other_kinds_are_refused() {
+    let (set, folder) = (synthetic::set(2), tempfile::tempdir().unwrap());
+    let refused = |model: &Weights, report: &Report| {
+        let (options, scans) = (options(1, 1), scans(&set));
+        train_points(&set, &scans, (model, report), &options, folder.path(), &Silent)
+            .map(drop)
+            .unwrap_err()
+            .to_string()
+    };
+    let (model, report) = base();
+    let other = Report { sha256: "0".repeat(64), ..report.clone() };
+    assert!(refused(model, &other).contains("tells of another model"));
+    let tiny = TrainOptions {
+        epochs: 1,
+        steps_per_epoch: Some(1),
+        networks: Default::default(),
+        ..TrainOptions::new(Kind::Paper)
+    };
+    let paper = train(&set, &tiny, tempfile::tempdir().unwrap().path(), &Silent).unwrap();
+    let weights = Weights::from_bytes(&paper.weights).unwrap();
+    assert!(refused(&weights, &paper.report).contains("of another kind"));
 }

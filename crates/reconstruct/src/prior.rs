@@ -6,7 +6,7 @@
 //! children are judged by. Networks that also read the points around a node answer the same question
 //! better; [`Prior::draw`] is the one place where nodes are told to them.
 
-use deeptree_graph::signature::{TreeConditions, thickness_of, tip_count};
+use deeptree_graph::signature::{TreeConditions, thickness_of};
 use deeptree_graph::{
     ChildSignature, CloudIndex, Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, TreeInfo,
     Vec3,
@@ -87,16 +87,8 @@ impl<'a> Prior<'a> {
         joints: &[Vec3],
         seed: Seed,
     ) -> Option<Self> {
-        let root = alike(model.roots(species), shape)?;
-        let tip_radius = model.tip_radius(species);
-        let conditions = TreeConditions {
-            age: root.age,
-            gravitropism: root.gravitropism,
-            species,
-            tip_radius,
-            root_tips: tip_count(root.signature.thickness, tip_radius),
-            traits: root.traits,
-        };
+        let root = Root::of_shape(model.roots(species), shape.crown_radius / shape.height)?;
+        let conditions = root.conditions(species, model.tip_radius(species));
         let scale = root.traits.height / shape.height;
         let is_sound = scale.is_finite() && scale > 0.0;
         if !is_sound {
@@ -214,12 +206,9 @@ impl<'a> Prior<'a> {
     /// The joint as a node of the growth space, with what is to grow below it.
     pub(crate) fn node(&self, of: &Situation) -> (Node, Plan) {
         let conditions = &self.conditions;
-        let tips = libm::roundf(of.share * conditions.root_tips as f32).max(1.0) as u32;
         let position = of.position * self.scale;
         let metres = |distance: f32| distance * self.scale;
-        let reach = libm::roundf(metres(of.reach)).clamp(1.0, 60.0) as u16;
-        let nodes = (of.share * conditions.traits.nodes) as u32;
-        let plan = Plan { reach, nodes }.kept(tips);
+        let (tips, plan) = Plan::guessed(conditions, of.share, metres(of.reach));
         let orientation = Quat::from_rotation_arc(Vec3::NEG_Z, of.front);
         let node = Node {
             parent: None,
@@ -248,13 +237,6 @@ fn rolled(node: &Node) -> impl Iterator<Item = Node> + '_ {
         let orientation = (node.orientation * Quat::from_rotation_z(roll)).normalize();
         Node { orientation, ..node.clone() }
     })
-}
-
-/// Of the roots, that of the tree whose crown is as wide for its height.
-fn alike(roots: &[Root], shape: Shape) -> Option<&Root> {
-    let width = shape.crown_radius / shape.height;
-    let off = |root: &Root| (root.traits.crown_radius / root.traits.height - width).abs();
-    roots.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
 /// A child that was drawn.

@@ -4,6 +4,8 @@
 mod points;
 #[cfg(feature = "train")]
 mod stands;
+#[cfg(feature = "train")]
+mod trend;
 
 use anyhow::Result;
 
@@ -38,12 +40,12 @@ pub(super) mod training {
     use deeptree_graph::signature::paper::ATTRIBUTES;
     use deeptree_infer::Weights;
     use deeptree_learn::{
-        Kind, NetworkOptions, Processor, Report, Surroundings, TrainEvent, TrainOptions,
-        TrainingSet, retrain, train,
+        Kind, NetworkOptions, Report, Surroundings, TrainEvent, TrainOptions, TrainingSet, retrain,
+        train,
     };
     use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-    use super::{points, stands};
+    use super::{points, stands, trend};
     use crate::args::{self, Args, UsageError};
     use crate::report;
     use crate::verbs::unknown_species;
@@ -54,6 +56,7 @@ pub(super) mod training {
         }
         match &verb.only[..] {
             [network] if network == "competition" => return stands::run(args, verb),
+            [table] if table == "trend" => return trend::run(args, verb),
             [network] if network == "points" => return points::run(args, verb),
             _ => {}
         }
@@ -170,12 +173,30 @@ pub(super) mod training {
         if let Some(workers) = verb.workers {
             options.workers = usize::from(workers);
         }
-        options.device = match verb.device.as_str() {
-            "cuda" => Processor::Cuda,
-            "wgpu" => Processor::Wgpu,
-            _ => Processor::Cpu,
-        };
+        options.device = verb.device.parse()?;
         Ok(options)
+    }
+
+    /// Refuses what says nothing to a network that is trained by itself: the options it has no use
+    /// for, each with whether it was given.
+    pub(super) fn refuse(network: &str, options: &[(&str, bool)]) -> Result<(), UsageError> {
+        match options.iter().find(|(_, is_given)| *is_given) {
+            None => Ok(()),
+            Some((option, _)) => Err(UsageError(format!(
+                "--{option} has no effect with --only {network}; leave it out"
+            ))),
+        }
+    }
+
+    /// What neither `points` nor `competition` has a use for: it is of the networks of nodes.
+    pub(super) fn of_nodes(verb: &args::Train) -> [(&'static str, bool); 5] {
+        [
+            ("kind", verb.kind != "situated"),
+            ("species", verb.species != "all"),
+            ("classifier-attributes", verb.classifier_attributes != "all"),
+            ("regressor-attributes", verb.regressor_attributes != "all"),
+            ("workers", verb.workers.is_some()),
+        ]
     }
 
     /// The attributes of a list of names separated by commas; none for all.

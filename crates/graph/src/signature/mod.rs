@@ -4,8 +4,9 @@
 //!
 //! - [`paper`]: the attributes of Eq. 1, each scaled to about 1;
 //! - [`situated`]: the same place told so that a small network can use it: integer tip counts of
-//!   the pipe model, the reach below the node ([`inheritance`]: how its children inherit it), one-hots of distances that are nearly whole numbers, and all directions in the
-//!   node's own frame, so that nothing depends on the yaw of the tree.
+//!   the pipe model, the reach and the nodes below the node ([`inheritance`] and [`size`]: how its
+//!   children inherit them), one-hots of distances that are nearly whole numbers, and all directions
+//!   in the node's own frame, so that nothing depends on the yaw of the tree.
 //!
 //! [`outlook`] is what is read of a tree's environment as a whole, [`competition`] what is read of
 //! the trees around it, [`points`] what is heard of a cloud around a node.
@@ -20,6 +21,7 @@ pub mod size;
 
 use glam::Vec3;
 
+use crate::graph::BranchGraph;
 use crate::traits::TreeTraits;
 
 /// Side of the growth space in metres: positions over this lie in the paper's unit cube.
@@ -40,6 +42,22 @@ pub struct TreeConditions {
     pub root_tips: u32,
     /// What the tree as a whole is like; kind `situated` only.
     pub traits: TreeTraits,
+}
+
+impl TreeConditions {
+    /// Those of a finished tree, of species number `species`, whose twigs of one tip have the radius
+    /// `tip_radius`, in metres.
+    #[must_use]
+    pub fn of(tree: &BranchGraph, species: usize, tip_radius: f32) -> Self {
+        Self {
+            age: tree.info.age as f32,
+            gravitropism: tree.info.gravitropism,
+            species,
+            tip_radius,
+            root_tips: tip_count(tree.root().thickness, tip_radius),
+            traits: TreeTraits::of(tree),
+        }
+    }
 }
 
 /// The integer tip count N of the pipe model: `N = (t / t_tip)²`, at least 1.
@@ -86,7 +104,7 @@ impl Writer<'_> {
 mod tests {
     use super::*;
     use crate::crowding::{Crowd, Sense};
-    use crate::graph::{BranchGraph, ChildSignature, TreeInfo};
+    use crate::graph::{ChildSignature, TreeInfo};
     use crate::plan::Plan;
     use crate::surround::Surround;
     use glam::{Quat, Vec2};

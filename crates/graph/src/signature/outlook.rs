@@ -36,18 +36,10 @@ pub const CODE: usize = 8;
 pub const OUTPUTS: usize = TreeTraits::STATES + 2;
 
 /// Names of the [`OUTPUTS`].
-pub const NAMES: [&str; OUTPUTS] = [
-    "tips",
-    "nodes",
-    "longest_path",
-    "branches",
-    "mean_path",
-    "crown_radius",
-    "height",
-    "trunk_length",
-    "offset_x",
-    "offset_z",
-];
+pub const NAMES: [&str; OUTPUTS] = {
+    let [tips, nodes, longest, branches, mean, radius, height, trunk] = TreeTraits::STATE_NAMES;
+    [tips, nodes, longest, branches, mean, radius, height, trunk, "offset_x", "offset_z"]
+};
 
 /// Metres of the crown's offset that the network calls 1.
 pub const OFFSET_SCALE: f32 = 4.0;

@@ -21,7 +21,7 @@ use deeptree_graph::{Occupancy, TreeTraits, Vec2};
 use crate::kernels::SimdPath;
 use crate::mlp::{Dense, Mlp, Scratch};
 use crate::predictor::Overflow;
-use crate::weights::{ReadWeightsError, Table, Weights};
+use crate::weights::{ReadWeightsError, Table, Weights, check_positive};
 use convolution::Convolution;
 
 const NAME: &str = "outlook";
@@ -63,14 +63,13 @@ impl Outlook {
     ///
     /// When a part of it is missing, or has another shape than it must have.
     pub fn read(weights: &Weights) -> Result<Option<Self>, ReadWeightsError> {
-        let own = |name: &str| name.strip_prefix(NAME).is_some_and(|rest| rest.starts_with('.'));
-        if !weights.names().any(own) {
+        if !weights.has_network(NAME) {
             return Ok(None);
         }
         let species = weights.species().len();
         let per_species = |name| weights.table(name, &[Some(species), Some(STATES)]);
         let (mean, deviation) = (per_species("outlook.mean")?, per_species("outlook.deviation")?);
-        crate::predictor::check_positive("outlook.deviation", deviation.values())?;
+        check_positive("outlook.deviation", deviation.values())?;
         let network = |source| ReadWeightsError::Network { network: "outlook.code".into(), source };
         let weight = weights.table("outlook.code.weight", &[Some(MAPS), Some(CODE)])?;
         let bias = weights.table("outlook.code.bias", &[Some(CODE)])?;

@@ -1,9 +1,9 @@
 //! What a model says of branchlets that are known: the open loop, in which each law is asked on the
 //! true states and judged by what truly came.
 
-use deeptree_graph::signature::{TreeConditions, tip_count};
+use deeptree_graph::signature::TreeConditions;
 use deeptree_graph::{
-    BranchGraph, Lineage, MAX_CHILDREN, Node, NodeId, Plan, Seed, Sense, TreeTraits, plans, senses,
+    BranchGraph, Lineage, MAX_CHILDREN, Node, NodeId, Plan, Seed, Sense, plans, senses,
 };
 
 use super::{Active, Predictor};
@@ -40,14 +40,7 @@ impl<'a> KnownTree<'a> {
     #[must_use]
     pub fn new(model: &impl Predictor, species: usize, tree: &'a BranchGraph) -> Self {
         let tip_radius = model.tip_radius(species);
-        let conditions = TreeConditions {
-            age: tree.info.age as f32,
-            gravitropism: tree.info.gravitropism,
-            species,
-            tip_radius,
-            root_tips: tip_count(tree.root().thickness, tip_radius),
-            traits: TreeTraits::of(tree),
-        };
+        let conditions = TreeConditions::of(tree, species, tip_radius);
         let plans = plans(tree);
         let senses = senses(tree, tip_radius, &plans);
         Self { tree, conditions, plans, senses }

@@ -8,6 +8,7 @@ mod roots;
 mod sampling;
 mod settled;
 mod situated;
+mod trend;
 
 use deeptree_graph::{
     ChildSignature, CloudIndex, Lineage, MAX_CHILDREN, Node, Plan, Room, Seed, Sense,
@@ -19,14 +20,14 @@ use crate::kernels::{self, Full, Rows, SimdPath};
 use crate::mlp::{Mlp, Scratch};
 use crate::outlook::Outlook;
 use crate::points::Heard;
-use crate::weights::{ModelKind, ReadWeightsError, Weights};
+use crate::weights::{ModelKind, ReadWeightsError, Weights, check_positive};
 pub use foretold::{Chance, Foretold, Known, KnownChild, KnownTree, Rank};
 use joint::Joint;
 use paper::Paper;
-pub(crate) use roots::check_positive;
 pub use roots::{ROOT_COLUMNS, Root};
 pub use settled::{Former, Settled};
 use situated::Situated;
+pub use trend::{TREND_COLUMNS, Trend};
 
 /// A node whose children are to be drawn.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +66,7 @@ pub struct Branchlet {
     pub redrawn: u8,
     /// How many children were given up because of them.
     pub given_up: u8,
-    /// Tips that those of them were to bear that met what stands around.
+    /// Tips that those were to bear.
     pub lost_tips: u32,
     /// Those children, and the nodes that were to grow below them.
     pub lost_nodes: u32,
@@ -192,6 +193,12 @@ pub trait Predictor: Sync {
     /// The roots of the trees that the model was trained on, of species number `species`.
     fn roots(&self, species: usize) -> &[Root];
 
+    /// How the trees of species number `species` change with age and gravitropism, where the model
+    /// knows it better than from its roots.
+    fn trend(&self, _species: usize) -> Option<&Trend> {
+        None
+    }
+
     /// Radius of a tip of species number `species`, in metres.
     fn tip_radius(&self, species: usize) -> f32;
 
@@ -221,8 +228,8 @@ pub trait Predictor: Sync {
     /// Draws the branchlet of each node of the frontier into `branchlets`, in its order.
     ///
     /// The branchlet of a node depends on that node and its parent, its lineage, its plan, its
-    /// sense, what of it is settled, its room, the points around it, its tree's seed and conditions only: neither on the
-    /// rest of the frontier nor on the path.
+    /// sense, what of it is settled, its room, the points around it, and its tree's seed and
+    /// conditions only: neither on the rest of the frontier nor on the path.
     ///
     /// # Errors
     ///
@@ -241,6 +248,7 @@ pub struct Model {
     species: Vec<String>,
     tip_radius: Vec<f32>,
     roots: Vec<Vec<Root>>,
+    trends: Vec<Option<Trend>>,
     hash: [u8; 16],
     weight_count: usize,
     networks: Networks,
@@ -275,7 +283,7 @@ impl Model {
         let species = weights.species().to_vec();
         let count = species.len();
         let tip_radius = weights.table("tip_radius", &[Some(count)])?.values().to_vec();
-        roots::check_positive("tip_radius", &tip_radius)?;
+        check_positive("tip_radius", &tip_radius)?;
         let networks = match weights.kind() {
             ModelKind::Situated => Networks::Situated(Situated::new(weights)?),
             ModelKind::Paper => Networks::Paper(Paper::new(weights)?),
@@ -285,6 +293,8 @@ impl Model {
         hash.copy_from_slice(&weights.sha256()[..16]);
         let roots =
             species.iter().map(|name| roots::read(weights, name)).collect::<Result<_, _>>()?;
+        let trends =
+            species.iter().map(|name| Trend::read(weights, name)).collect::<Result<_, _>>()?;
         let (outlook, competition) = match networks {
             Networks::Situated(_) => (Outlook::read(weights)?, Competition::read(weights)?),
             Networks::Paper(_) | Networks::Joint(_) => (None, None),
@@ -295,7 +305,17 @@ impl Model {
             Networks::Joint(network) => network.weight_count(),
         } + outlook.as_ref().map_or(0, Outlook::weight_count)
             + competition.as_ref().map_or(0, Competition::weight_count);
-        Ok(Self { species, tip_radius, roots, hash, weight_count, networks, outlook, competition })
+        Ok(Self {
+            species,
+            tip_radius,
+            roots,
+            trends,
+            hash,
+            weight_count,
+            networks,
+            outlook,
+            competition,
+        })
     }
 
     /// The kind of the model.
@@ -341,6 +361,10 @@ impl Predictor for Model {
 
     fn roots(&self, species: usize) -> &[Root] {
         &self.roots[species]
+    }
+
+    fn trend(&self, species: usize) -> Option<&Trend> {
+        self.trends[species].as_ref()
     }
 
     fn tip_radius(&self, species: usize) -> f32 {

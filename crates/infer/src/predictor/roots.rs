@@ -1,8 +1,9 @@
 //! The roots of the training trees: where a new tree starts.
 
+use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{ChildSignature, Quat, TreeTraits};
 
-use crate::weights::{ReadWeightsError, Weights};
+use crate::weights::{ReadWeightsError, Weights, check_positive};
 
 /// The root of a training tree, with what all nodes of that tree share.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +16,30 @@ pub struct Root {
     pub gravitropism: f32,
     /// What the tree as a whole is like.
     pub traits: TreeTraits,
+}
+
+impl Root {
+    /// Of some roots, that of the tree whose crown is most nearly so wide for its height: the radius
+    /// of the crown over the height.
+    #[must_use]
+    pub fn of_shape(roots: &[Self], width: f32) -> Option<&Self> {
+        let off = |root: &&Self| (root.traits.crown_radius / root.traits.height - width).abs();
+        roots.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
+    }
+
+    /// What all nodes of the tree that grows from it share, as one of species number `species`, whose
+    /// twigs of one tip have the radius `tip_radius`, in metres.
+    #[must_use]
+    pub fn conditions(&self, species: usize, tip_radius: f32) -> TreeConditions {
+        TreeConditions {
+            age: self.age,
+            gravitropism: self.gravitropism,
+            species,
+            tip_radius,
+            root_tips: tip_count(self.signature.thickness, tip_radius),
+            traits: self.traits,
+        }
+    }
 }
 
 /// Columns of a root: qx, qy, qz, qw, thickness, length, age, gravitropism, and the traits.
@@ -54,14 +79,28 @@ pub(super) fn read(weights: &Weights, species: &str) -> Result<Vec<Root>, ReadWe
         .collect()
 }
 
-/// Refuses numbers that are not above 0.
-pub(crate) fn check_positive(tensor: &str, values: &[f32]) -> Result<(), ReadWeightsError> {
-    match values.iter().position(|&x| x.is_nan() || x <= 0.0) {
-        None => Ok(()),
-        Some(index) => Err(ReadWeightsError::NotPositive {
-            tensor: tensor.to_owned(),
-            index,
-            value: values[index],
-        }),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_root_of_a_shape_is_that_of_the_tree_nearest_to_it() {
+        let root = |crown_radius, height| {
+            let traits = TreeTraits {
+                crown_radius,
+                height,
+                ..TreeTraits::from_array([1.0; TreeTraits::COUNT])
+            };
+            let signature =
+                ChildSignature { rotation: Quat::IDENTITY, thickness: 0.03, length: 1.0 };
+            Root { signature, age: 30.0, gravitropism: -0.1, traits }
+        };
+        let roots = [root(2.0, 10.0), root(10.0, 20.0), root(30.0, 20.0)];
+        let of = |width| Root::of_shape(&roots, width).copied();
+        assert_eq!([0.0, 0.4, 9.0].map(of), [0, 1, 2].map(|i| Some(roots[i])));
+        assert_eq!(Root::of_shape(&[], 1.0), None);
+        let conditions = roots[0].conditions(4, 0.01);
+        // (0.03 / 0.01)² tips.
+        assert_eq!((conditions.species, conditions.root_tips), (4, 9));
     }
 }

@@ -24,10 +24,10 @@ use deeptree_graph::signature::size::{self, Bequest, SIZE_LEN, Size};
 use deeptree_graph::signature::{thickness_of, tip_count};
 use deeptree_graph::{ChildSignature, MAX_CHILDREN, Plan, Purpose, Vec2, Vec3};
 
-use super::{Active, Branchlet, Overflow, Workspace, network, roots, sampling};
+use super::{Active, Branchlet, Overflow, Workspace, network, sampling};
 use crate::mlp::Mlp;
 use crate::points::{Hearing, corrected};
-use crate::weights::{ReadWeightsError, Table, Weights};
+use crate::weights::{ReadWeightsError, Table, Weights, check_positive};
 
 #[derive(Clone, Debug)]
 pub(super) struct Situated {
@@ -97,8 +97,6 @@ struct Placed {
     child: Option<ChildSignature>,
     /// How often it was drawn again.
     redrawn: u8,
-    /// Has one of the attempts met what stands around?
-    met_walls: bool,
 }
 
 /// "Of `tips` tips, how many does the child in `slot` bear, with `children` left to serve?"
@@ -117,24 +115,6 @@ impl Situated {
             let inputs = features + situated::rotation_len(slot);
             network(weights, &format!("rotation{}", slot + 1), inputs, ROTATION_OUTPUTS)
         };
-        let per_slot = |name| weights.table(name, &[Some(species), Some(MAX_CHILDREN), Some(3)]);
-        let (means, scales) = (per_slot("rotation_mean")?, per_slot("rotation_scale")?);
-        for scale in scales.values().chunks_exact(3) {
-            roots::check_positive("rotation_scale", &scale[..2])?;
-        }
-        let slots = (0..species)
-            .map(|s| {
-                std::array::from_fn(|slot| {
-                    let (mean, scale) = (&means.row(s)[3 * slot..], &scales.row(s)[3 * slot..]);
-                    Slot {
-                        mean: Vec2::from_slice(mean),
-                        roll: mean[2],
-                        scale: Vec2::from_slice(scale),
-                        roll_scale: scale[2],
-                    }
-                })
-            })
-            .collect();
         let law = |name: &str, shape: &[Option<usize>]| {
             let table = weights.table(name, shape)?;
             if table.shape().last().is_some_and(|&values| values >= 2) {
@@ -148,14 +128,14 @@ impl Situated {
         };
         let rolls = law("rolls", &[Some(species), None])?;
         let lengths = law("lengths", &[Some(species), Some(LENGTH_ORDERS), None])?;
-        roots::check_positive("lengths", lengths.values())?;
+        check_positive("lengths", lengths.values())?;
         Ok(Self {
             existence: network(weights, "existence", features, CLASSES)?,
             split: network(weights, "split", features + SPLIT_LEN, SPLIT_OUTPUTS)?,
             reach: network(weights, "reach", features + REACH_LEN, REACH_OUTPUTS)?,
             size: network(weights, "size", features + SIZE_LEN, SPLIT_OUTPUTS)?,
             rotations: [rotation(0)?, rotation(1)?, rotation(2)?],
-            slots,
+            slots: weights.slots()?,
             rolls,
             lengths,
             hearing: Hearing::read(weights)?.map(Box::new),
@@ -453,12 +433,12 @@ impl Situated {
             let draft = &mut drafts[i];
             let active = &frontier[draft.row];
             let tips = draft.child_tips[slot];
-            let Placed { turn, child, redrawn, met_walls } = self
+            let Placed { turn, child, redrawn } = self
                 .place_child(slot, active, tips, roll, outputs)
                 .ok_or(Overflow { row: draft.row })?;
             branchlets[draft.row].redrawn += redrawn;
             branchlets[draft.row].given_up += u8::from(child.is_none());
-            if child.is_none() && met_walls {
+            if child.is_none() {
                 branchlets[draft.row].lost_tips += tips;
                 branchlets[draft.row].lost_nodes += 1 + draft.child_nodes[slot];
             }
@@ -521,7 +501,6 @@ impl Situated {
         let law = self.slots[tree.species][slot];
         let alignment = law.alignment(roll, node);
         let mut turn = Turn { swing: Vec2::ZERO, roll };
-        let mut met_walls = false;
         for attempt in 0..ATTEMPTS {
             // The first of these draws is the roll's.
             let mut draws = seed.draws(lineage, Purpose::ChildRotation).at(1 + attempt);
@@ -533,11 +512,10 @@ impl Situated {
             if tip.y >= 0.0 && is_free {
                 let thickness = thickness_of(tips, tree.tip_radius);
                 let child = Some(ChildSignature { rotation, thickness, length });
-                return Some(Placed { turn, child, redrawn: attempt as u8, met_walls });
+                return Some(Placed { turn, child, redrawn: attempt as u8 });
             }
-            met_walls |= !is_free;
         }
-        Some(Placed { turn, child: None, redrawn: ATTEMPTS as u8, met_walls })
+        Some(Placed { turn, child: None, redrawn: ATTEMPTS as u8 })
     }
 }
 

@@ -98,7 +98,7 @@ impl Weights {
             let reads_species = !tensor.starts_with("points.");
             let blended = if tensor.ends_with(".0.weight") && reads_species {
                 self.first_layer(tensor, table, &parts)?
-            } else if tensor.starts_with("roots.") {
+            } else if tensor.starts_with("roots.") || tensor.starts_with("trend.") {
                 continue;
             } else if is_layer || table.rows() != self.species.len() {
                 table.clone()
@@ -113,6 +113,12 @@ impl Weights {
         }
         let tip_radius = self.table("tip_radius", &[Some(self.species.len())])?.values();
         tables.insert(format!("roots.{name}"), blend_roots(&parts, tip_radius)?);
+        // Of several, each with its own ages, the roots alone say how the blend changes.
+        if let [part] = &parts[..]
+            && let Some(trend) = self.any_table(&format!("trend.{}", self.species[part.number]))
+        {
+            tables.insert(format!("trend.{name}"), trend.clone());
+        }
         Ok(Self { kind: self.kind, species: vec![name], tables, sha256: self.sha256 })
     }
 

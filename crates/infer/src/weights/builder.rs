@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{FORMAT, LENGTH_BYTES, ModelKind, ReadWeightsError, Table, Weights};
-use super::{bias_name, weight_name};
+use super::{bias_name, is_of, weight_name};
 
 /// Collects what goes into a model file.
 ///
@@ -33,13 +33,11 @@ impl WeightsBuilder {
         }
     }
 
-    /// Takes the network `name` of another model, layer by layer, in the place of its own.
+    /// Takes the network `name` of another model, tensor by tensor, in the place of its own.
     pub fn network_of(&mut self, name: &str, other: &Weights) -> &mut Self {
-        let is_layer =
-            |tensor: &str| tensor.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
-        self.tables.retain(|tensor, _| !is_layer(tensor));
-        let layers = other.tables.iter().filter(|(tensor, _)| is_layer(tensor));
-        self.tables.extend(layers.map(|(tensor, table)| (tensor.clone(), table.clone())));
+        self.tables.retain(|tensor, _| !is_of(name, tensor));
+        let own = other.tables.iter().filter(|(tensor, _)| is_of(name, tensor));
+        self.tables.extend(own.map(|(tensor, table)| (tensor.clone(), table.clone())));
         self
     }
 

@@ -48,6 +48,10 @@ pub enum ReadWeightsError {
     BadAge { tensor: String, row: usize, age: f32 },
     #[error("tensor `{tensor}`: row {row} has traits that no tree has")]
     BadTraits { tensor: String, row: usize },
+    #[error(
+        "tensor `{tensor}`: row {row} is none of a grid of ages and gravitropisms, or no mean of trees"
+    )]
+    NotATrend { tensor: String, row: usize },
     #[error("the model has no root of a `{species}` to start a tree from; train it again")]
     NoRoots { species: String },
     #[error(

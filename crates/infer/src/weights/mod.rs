@@ -10,6 +10,7 @@
 //! |---|---|---|
 //! | `tip_radius` | `[S]` | radius of a twig that bears one tip, in metres |
 //! | `roots.<species>` | `[n, 15]` | roots: qx, qy, qz, qw, thickness (m), length (m), age (cycles), gravitropism, the seven traits |
+//! | `trend.<species>` | `[n, 10]` | not in all models: the mean state of a tree by age and gravitropism: age (cycles), gravitropism, the state of [`TreeTraits::state`](deeptree_graph::TreeTraits::state) |
 //! | `<network>.<layer>.weight` | `[inputs, outputs]` | layer = 0, 1, 2 … |
 //! | `<network>.<layer>.bias` | `[outputs]` | |
 //! | any other name | any | tables that a model kind asks for by name |
@@ -22,6 +23,8 @@ mod table;
 use core::{fmt, str::FromStr};
 use std::collections::BTreeMap;
 
+use deeptree_graph::signature::situated::Slot;
+use deeptree_graph::{MAX_CHILDREN, Vec2};
 use safetensors::{Dtype, SafeTensors, tensor::Metadata};
 use sha2::{Digest, Sha256};
 
@@ -29,6 +32,7 @@ pub use blend::BlendError;
 pub use builder::WeightsBuilder;
 pub use error::ReadWeightsError;
 pub use table::Table;
+pub(crate) use table::check_positive;
 
 use crate::mlp::{Dense, Mlp};
 
@@ -182,6 +186,38 @@ impl Weights {
         }
     }
 
+    /// Is there a network of this name: a tensor `<name>.…`?
+    #[must_use]
+    pub fn has_network(&self, name: &str) -> bool {
+        self.names().any(|tensor| is_of(name, tensor))
+    }
+
+    /// How rotations lie, by species and slot: the tables `rotation_mean` and `rotation_scale` of kind
+    /// `situated`.
+    ///
+    /// # Errors
+    ///
+    /// When one of them is missing or has another shape, or a deviation of a swing is not above 0.
+    pub fn slots(&self) -> Result<Vec<[Slot; MAX_CHILDREN]>, ReadWeightsError> {
+        let species = self.species.len();
+        let table = |name| self.table(name, &[Some(species), Some(MAX_CHILDREN), Some(3)]);
+        let (means, scales) = (table("rotation_mean")?, table("rotation_scale")?);
+        for scale in scales.values().chunks_exact(3) {
+            check_positive("rotation_scale", &scale[..2])?;
+        }
+        let slot = |species: usize, slot: usize| {
+            let (mean, scale) = (&means.row(species)[3 * slot..], &scales.row(species)[3 * slot..]);
+            Slot {
+                mean: Vec2::from_slice(mean),
+                roll: mean[2],
+                scale: Vec2::from_slice(scale),
+                roll_scale: scale[2],
+            }
+        };
+        let slots = |species| std::array::from_fn(|number| slot(species, number));
+        Ok((0..species).map(slots).collect())
+    }
+
     /// The network `name`: its layers `<name>.0`, `<name>.1` … chained.
     ///
     /// # Errors
@@ -216,6 +252,11 @@ impl Weights {
 #[must_use]
 pub fn layer_names(network: &str, layer: u32) -> [String; 2] {
     [weight_name(network, layer), bias_name(network, layer)]
+}
+
+/// Is the tensor one of the network's?
+fn is_of(network: &str, tensor: &str) -> bool {
+    tensor.strip_prefix(network).is_some_and(|rest| rest.starts_with('.'))
 }
 
 fn weight_name(network: &str, layer: u32) -> String {

@@ -54,3 +54,15 @@ impl Table {
         &self.values[index * width..][..width]
     }
 }
+
+/// Refuses numbers that are not above 0.
+pub(crate) fn check_positive(tensor: &str, values: &[f32]) -> Result<(), ReadWeightsError> {
+    match values.iter().position(|&x| x.is_nan() || x <= 0.0) {
+        None => Ok(()),
+        Some(index) => Err(ReadWeightsError::NotPositive {
+            tensor: tensor.to_owned(),
+            index,
+            value: values[index],
+        }),
+    }
+}

@@ -56,13 +56,8 @@ impl Task for Existence<'_> {
         let spot = self.lesson.corpus.spot(sample);
         self.lesson.encode(spot, inputs);
         let shares = self.lesson.corpus.shares(spot);
-        let (label, possible) = targets.split_at_mut(CLASSES);
-        label.fill(0.0);
-        label[shares.branching().class()] = 1.0;
-        for (class, possible) in possible.iter_mut().enumerate() {
-            let allowed = shares.plan.allows(Branching::from_class(class), shares.tips);
-            *possible = if allowed { 0.0 } else { IMPOSSIBLE };
-        }
+        let allows = |branching| shares.plan.allows(branching, shares.tips);
+        tell_branching(shares.branching(), allows, targets);
     }
 
     fn loss(&self, outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
@@ -93,6 +88,23 @@ impl Task for Existence<'_> {
             children,
             predicted - children,
         ]);
+    }
+}
+
+/// Writes how a node branches as [`loss::existence`] reads it: the class that is the case, and those
+/// that could be.
+///
+/// # Shapes  targets: `[EXISTENCE_TARGETS]`
+pub(crate) fn tell_branching(
+    truth: Branching,
+    is_possible: impl Fn(Branching) -> bool,
+    targets: &mut [f32],
+) {
+    let (label, possible) = targets.split_at_mut(CLASSES);
+    label.fill(0.0);
+    label[truth.class()] = 1.0;
+    for (class, possible) in possible.iter_mut().enumerate() {
+        *possible = if is_possible(Branching::from_class(class)) { 0.0 } else { IMPOSSIBLE };
     }
 }
 

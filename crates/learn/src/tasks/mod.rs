@@ -9,15 +9,16 @@ mod regressor;
 mod rotation;
 mod size;
 mod split;
+mod swing;
 
 use burn::tensor::Tensor;
 pub(crate) use classifier::noise_draws;
 use deeptree_graph::signature::{TreeConditions, situated};
 use deeptree_graph::{Draws, MAX_CHILDREN};
-pub(crate) use existence::ln_class;
-pub(crate) use rotation::judge as judge_swing;
+pub(crate) use existence::{ln_class, tell_branching};
 #[cfg(test)]
 pub(crate) use split::bin_probability;
+pub(crate) use swing::SwingTarget;
 
 use crate::order::Order;
 use crate::report::Tally;

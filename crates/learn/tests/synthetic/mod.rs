@@ -6,7 +6,7 @@ use deeptree_graph::{
     BranchGraph, ChildSignature, Draws, Lineage, Node, NodeId, Purpose, Quat, Seed, TreeInfo, Vec2,
     Vec3,
 };
-use deeptree_learn::TrainingSet;
+use deeptree_learn::{Scan, Scans, TrainingSet};
 
 /// Radius of a twig that bears one tip, in metres, by species.
 pub(crate) const TIP_RADIUS: [f32; 2] = [0.01, 0.004];
@@ -53,6 +53,26 @@ pub(crate) fn set(trees: u64) -> TrainingSet {
         validation,
         data_hash: "synthetic".into(),
     }
+}
+
+/// What a scanner sees of a tree: four points of each internode but those of every fifth node.
+pub(crate) fn scan(tree: &BranchGraph) -> Scan {
+    let mut scan = Scan::default();
+    for (id, node) in tree.nodes().iter().enumerate() {
+        if id % 5 != 4 {
+            for part in [0.2, 0.45, 0.7, 0.95] {
+                scan.points.push(node.base().lerp(node.position, part));
+                scan.nodes.push(id as NodeId);
+            }
+        }
+    }
+    scan
+}
+
+/// The scans of the trees of a set.
+pub(crate) fn scans(set: &TrainingSet) -> Scans {
+    let all = |trees: &[BranchGraph]| trees.iter().map(scan).collect();
+    Scans { train: all(&set.train), validation: all(&set.validation) }
 }
 
 fn tree(seed: Seed, species: usize) -> BranchGraph {

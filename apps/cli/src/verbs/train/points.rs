@@ -5,16 +5,18 @@ use deeptree_dataset::{Corpus, Split};
 use deeptree_graph::Vec3;
 use deeptree_learn::{Scan, Scans, TrainOptions, train_points};
 
-use super::training::{Bars, beside, read, read_model, write};
+use super::training::{Bars, beside, of_nodes, read, read_model, refuse, write};
 use crate::args::{self, Args, UsageError};
 use crate::report;
 
 pub(super) fn run(args: &Args, verb: &args::Train) -> Result<()> {
+    refuse("points", &of_nodes(verb))?;
     let path = verb.model.as_deref();
     let path =
         path.ok_or_else(|| UsageError("name the --model that is to hear of points".into()))?;
     let (weights, report) = read_model(path)?;
-    let mut options = TrainOptions { seed: verb.seed, ..TrainOptions::points() };
+    let mut options =
+        TrainOptions { seed: verb.seed, device: verb.device.parse()?, ..TrainOptions::points() };
     options.epochs = verb.epochs.unwrap_or(options.epochs);
     if let Some(samples) = verb.samples {
         options.steps_per_epoch = Some(samples.div_ceil(options.batch as u64));

@@ -8,10 +8,18 @@ use deeptree_graph::{Seed, TreeTraits, Vec2};
 use deeptree_infer::{Model, Predictor};
 use deeptree_learn::{Rivalries, Rivalry, train_competition};
 
-use super::training::{read_model, write};
+use super::training::{of_nodes, read_model, refuse, write};
 use crate::args::{self, Args, UsageError};
 
 pub(super) fn run(args: &Args, verb: &args::Train) -> Result<()> {
+    refuse("competition", &of_nodes(verb))?;
+    let few_and_small = [
+        ("epochs", verb.epochs.is_some()),
+        ("samples", verb.samples.is_some()),
+        ("trees", verb.trees.is_some()),
+        ("device", verb.device != "cpu"),
+    ];
+    refuse("competition", &few_and_small)?;
     let path = verb.model.as_deref();
     let path = path.ok_or_else(|| UsageError("name the --model to keep the others of".into()))?;
     let (weights, report) = read_model(path)?;

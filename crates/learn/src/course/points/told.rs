@@ -16,9 +16,6 @@ use deeptree_infer::{Model, Predictor, Root};
 use crate::Scan;
 use crate::rotations::Rotations;
 
-/// Reaches that are told at most; see `deeptree_reconstruct`, whose way of telling this is.
-const MOST_REACH: f32 = 60.0;
-
 /// A scanned tree as it is told.
 pub(crate) struct Told {
     pub(crate) conditions: TreeConditions,
@@ -45,20 +42,13 @@ impl Told {
     ) -> Option<Self> {
         let most = |of: fn(&Vec3) -> f32| scan.points.iter().map(of).fold(0.0, f32::max);
         let (height, radius) = (most(|p| p.y), most(|p| p.with_y(0.0).length()));
-        let root = alike(model.roots(species), radius / height)?;
+        let root = Root::of_shape(model.roots(species), radius / height)?;
         let scale = root.traits.height / height;
         if !(scale.is_finite() && scale > 0.0) {
             return None;
         }
         let tip_radius = model.tip_radius(species);
-        let conditions = TreeConditions {
-            age: root.age,
-            gravitropism: root.gravitropism,
-            species,
-            tip_radius,
-            root_tips: tip_count(root.signature.thickness, tip_radius),
-            traits: root.traits,
-        };
+        let conditions = root.conditions(species, tip_radius);
         let seen = Seen::new(tree, scan);
         let truth = plans(tree);
         let (mut nodes, mut all_tips, mut all_plans) = (Vec::new(), Vec::new(), Vec::new());
@@ -106,12 +96,6 @@ impl Told {
     pub(crate) fn own_turn(&self, node: usize) -> Turn {
         if self.nodes[node].parent.is_none() { Turn::default() } else { self.turns[node] }
     }
-}
-
-/// Of the roots, that of the tree whose crown is as wide for its height.
-fn alike(roots: &[Root], width: f32) -> Option<&Root> {
-    let off = |root: &Root| (root.traits.crown_radius / root.traits.height - width).abs();
-    roots.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
 /// A node as told. Of what was seen, neither its slot nor how it is turned shows; it counts as one
@@ -177,10 +161,7 @@ impl Seen {
             return None;
         }
         let share = self.beyond[id] as f32 / self.beyond[0].max(1) as f32;
-        let tips = libm::roundf(share * all.root_tips as f32).max(1.0) as u32;
-        let reach = libm::roundf(self.reach[id] * scale).clamp(1.0, MOST_REACH) as u16;
-        let nodes = (share * all.traits.nodes) as u32;
-        Some((tips, Plan { reach, nodes }.kept(tips)))
+        Some(Plan::guessed(all, share, self.reach[id] * scale))
     }
 }
 

@@ -18,7 +18,7 @@ use super::trees;
 use gaps::Seen;
 
 /// Trees of each species, setting and set.
-const FULL: u32 = 40;
+const FULL: u32 = 200;
 const QUICK: u32 = 3;
 
 /// What is varied; the other one stays as the species has it.
