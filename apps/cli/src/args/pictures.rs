@@ -18,7 +18,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "NUMBER")]
     pub(crate) tree: Option<u32>,
     /// All trees of the file, or of the files of a folder, together: each where its foot is, as
-    /// stands are written. Wants about 25 MB of memory a tree, less at a coarser --lod.
+    /// stands are written. Wants 5 to 25 MB of memory a tree, by its size and --lod.
     #[arg(long, conflicts_with_all = ["tree", "sheet", "impostor"])]
     pub(crate) all: bool,
     /// A contact sheet in place of one tree: the eight species, grown and generated; one species by
