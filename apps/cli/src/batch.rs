@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use deeptree_generate::{Avoided, Germ};
-use deeptree_graph::BranchGraph;
+use deeptree_graph::{BranchGraph, Vec3};
 use rayon::prelude::*;
 
 /// Trees made at a time: enough to keep all threads busy, few enough to fit in memory.
@@ -16,12 +16,22 @@ pub(crate) struct Made {
     pub(crate) seed: u64,
     /// Its number in a table.
     pub(crate) number: u32,
+    /// The tree, in its own space until it is written.
     pub(crate) tree: BranchGraph,
+    /// Where its foot stands in a stand, in metres.
+    pub(crate) at: Vec3,
     /// What it grew from, for a tree of the networks.
     pub(crate) germ: Option<Germ>,
     pub(crate) hit_budget: bool,
     /// How often it would have grown where it cannot, for a tree of the networks among obstacles.
     pub(crate) avoided: Option<Avoided>,
+}
+
+impl Made {
+    /// The same tree at its place.
+    pub(crate) fn placed(self) -> Self {
+        Self { tree: self.tree.moved(self.at), at: Vec3::ZERO, ..self }
+    }
 }
 
 /// Makes something of each of `count` seeds from `first` on, on all threads, and hands it to `take`

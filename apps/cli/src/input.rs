@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail, ensure};
 use deeptree_export::tables::TableReader;
 use deeptree_generate::{Germ, Limits, regenerate};
 use deeptree_graph::codec::{csv, dtree::SeedFile, tree_format};
-use deeptree_graph::{BranchGraph, Seed, TreeInfo};
+use deeptree_graph::{BranchGraph, Seed, TreeInfo, Vec3};
 use deeptree_infer::{Predictor, Root};
 
 use crate::args::{ModelChoice, UsageError};
@@ -90,7 +90,8 @@ pub(crate) fn read_chosen(
 }
 
 fn made(number: u32, tree: BranchGraph) -> Made {
-    Made { seed: tree.info.seed, number, tree, germ: None, hit_budget: false, avoided: None }
+    let (seed, at) = (tree.info.seed, Vec3::ZERO);
+    Made { seed, number, tree, at, germ: None, hit_budget: false, avoided: None }
 }
 
 /// Grows the tree of a seed file with the model it names.
@@ -120,6 +121,7 @@ fn regrow(file: &SeedFile, choice: &ModelChoice) -> Result<Made> {
         seed: file.seed,
         number: 0,
         tree: grown.tree,
+        at: Vec3::ZERO,
         germ: Some(germ),
         hit_budget: grown.hit_budget,
         avoided: None,

@@ -1,6 +1,6 @@
 //! What a tree is asked to look like: leaves, season, textures.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use deeptree_graph::BranchGraph;
 use deeptree_mesh::{Dressed, Look, LookError, Mesh, Season, Wardrobe};
@@ -66,20 +66,30 @@ impl LookArgs {
     }
 }
 
-/// Dresses a tree. The pictures of the last species and look are kept: a batch paints them once.
+/// So many wardrobes are kept: one of each species, each of about 20 MB.
+const MOST: usize = 8;
+
+/// Dresses a tree. The pictures of species and looks are kept: a batch paints them once.
 ///
 /// # Errors
 ///
 /// When a number of the look is out of its range.
 pub(crate) fn dressed(tree: &BranchGraph, wood: Mesh, look: &Look) -> Result<Dressed, LookError> {
-    static LAST: Mutex<Option<Wardrobe>> = Mutex::new(None);
-    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
-    let species = &tree.info.species;
-    let wardrobe = match last.take().filter(|wardrobe| wardrobe.fits(species, look)) {
-        Some(wardrobe) => wardrobe,
-        None => Wardrobe::new(species, look)?,
-    };
-    Ok(last.insert(wardrobe).dress(tree, wood, look.lod))
+    Ok(wardrobe(&tree.info.species, look)?.dress(tree, wood, look.lod))
+}
+
+fn wardrobe(species: &str, look: &Look) -> Result<Arc<Wardrobe>, LookError> {
+    static KEPT: Mutex<Vec<Arc<Wardrobe>>> = Mutex::new(Vec::new());
+    let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(found) = kept.iter().find(|wardrobe| wardrobe.fits(species, look)) {
+        return Ok(Arc::clone(found));
+    }
+    let painted = Arc::new(Wardrobe::new(species, look)?);
+    if kept.len() == MOST {
+        kept.remove(0);
+    }
+    kept.push(Arc::clone(&painted));
+    Ok(painted)
 }
 
 fn season(text: &str) -> Result<Season, String> {

@@ -28,6 +28,8 @@ pub(crate) struct Target {
     pub(crate) blend: Vec<Share>,
     /// One file a tree in the folder `path`.
     pub(crate) folder: bool,
+    /// Trees that stand together in one file of surfaces.
+    pub(crate) stand: bool,
 }
 
 impl Target {
@@ -38,6 +40,39 @@ impl Target {
         count: u64,
         mesh: &MeshArgs,
     ) -> Result<Self> {
+        let target = Self::of_any(path, format, mesh)?;
+        if count > 1 && !target.folder && !target.format.is_table() {
+            bail!(UsageError(format!(
+                "{count} trees do not fit into one .{} file; name a folder, or a .csv or .parquet table",
+                target.format.extension()
+            )));
+        }
+        Ok(target)
+    }
+
+    /// Decides what `path` means for `count` trees that stand together: a .glb or .gltf takes all.
+    pub(crate) fn for_stand(
+        path: &Path,
+        format: Option<Format>,
+        count: u64,
+        mesh: &MeshArgs,
+    ) -> Result<Self> {
+        let target = Self::of_any(path, format, mesh)?;
+        let stand = !target.folder && target.format.is_gltf();
+        if stand {
+            surfaces::stand::check(mesh)?;
+        }
+        if count > 1 && !target.folder && !target.format.is_table() && !stand {
+            bail!(UsageError(format!(
+                "a stand as one file is .glb or .gltf, or a .csv or .parquet table, not .{}; name \
+                 such a file, or a folder",
+                target.format.extension()
+            )));
+        }
+        Ok(Self { stand, ..target })
+    }
+
+    fn of_any(path: &Path, format: Option<Format>, mesh: &MeshArgs) -> Result<Self> {
         let named = if is_stdout(path) || path.is_dir() { None } else { Format::of_path(path)? };
         let format = match (named, format) {
             (Some(named), Some(asked)) if named != asked => bail!(UsageError(format!(
@@ -49,12 +84,6 @@ impl Target {
         };
         surfaces::check(mesh, format, is_stdout(path) || surfaces::is_stream(path))?;
         let folder = !is_stdout(path) && named.is_none() && (path.is_dir() || !path.exists());
-        if count > 1 && !folder && !format.is_table() {
-            bail!(UsageError(format!(
-                "{count} trees do not fit into one .{} file; name a folder, or a .csv or .parquet table",
-                format.extension()
-            )));
-        }
         Ok(Self {
             path: path.to_owned(),
             format,
@@ -62,6 +91,7 @@ impl Target {
             model: None,
             blend: Vec::new(),
             folder,
+            stand: false,
         })
     }
 
@@ -96,6 +126,17 @@ impl Target {
             return one.iter().try_for_each(|made| self.save_one(made, &self.path));
         }
         self.write_file(&self.path, |out| self.write_all(make, out))
+    }
+
+    /// Writes trees that stand together into one file of surfaces.
+    pub(crate) fn write_stand(&self, trees: &[Made]) -> Result<()> {
+        if is_stdout(&self.path) {
+            let mut out = BufWriter::new(std::io::stdout());
+            surfaces::stand::write(trees, &self.mesh, &mut out)?;
+            return out.flush().context("cannot write to standard output");
+        }
+        surfaces::stand::save(trees, &self.mesh, self.format, &self.path)
+            .with_context(|| format!("{} was not written", self.path.display()))
     }
 
     /// One tree into a file, with those that belong to it.

@@ -22,10 +22,10 @@ pub(crate) struct Row {
 const FARTHEST: f32 = 10_000.0;
 
 /// The nearest that two trees may stand to each other, in metres.
-const NEAREST: f32 = 0.1;
+pub(crate) const NEAREST: f32 = 0.1;
 
 /// The most trees of a stand: they are all in memory at once, a megabyte or two each.
-const MOST: usize = 2_000;
+pub(crate) const MOST: usize = 2_000;
 
 /// Reads a plan: rows of x, z, species, seed and perhaps an age, with or without a row of names
 /// above. A row without a species is of the species `others`.

@@ -1,5 +1,7 @@
 //! The surfaces of trees as they are asked for, and their files.
 
+pub(crate) mod stand;
+
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
@@ -210,14 +212,18 @@ fn with_levels<'a>(
     shapes: &'a [Shape],
     args: &MeshArgs,
 ) -> Result<Document<'a>> {
+    Ok(Document::with_levels(&levels(shapes), &tree.info, options(args))?)
+}
+
+/// When each of the levels of detail is shown.
+fn levels(shapes: &[Shape]) -> Vec<Level<'_>> {
     let mut coverage = gltf::COVERAGE.to_vec();
     if shapes.len() > coverage.len() {
         coverage.pop();
         coverage.extend(gltf::COVERAGE_BEFORE_CARDS);
     }
-    let level = |(shape, coverage): (&'a Shape, f32)| Level { subject: shape.subject(), coverage };
-    let levels: Vec<Level<'_>> = shapes.iter().zip(coverage).map(level).collect();
-    Ok(Document::with_levels(&levels, &tree.info, options(args))?)
+    let level = |(shape, coverage)| Level { subject: Shape::subject(shape), coverage };
+    shapes.iter().zip(coverage).map(level).collect()
 }
 
 /// `tree.glb` at `lod2` is `tree_lod2.glb`.

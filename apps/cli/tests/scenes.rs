@@ -120,7 +120,7 @@ fn trees_of_the_networks_crowd_each_other_at_their_places() {
     };
     fails(&["-o", "a.csv"], FAILED, "line 1: it names no species");
     fails(&["maple", "-o", "trees", "--format", "dtree"], USAGE, "a .dtree holds a tree by itself");
-    fails(&["maple", "-o", "a.glb"], USAGE, "do not fit into one .glb file");
+    fails(&["maple", "-o", "a.obj"], USAGE, "a stand as one file is .glb or .gltf");
     fails(&["maple", "--count", "2", "-o", "a.csv"], USAGE, "cannot be used with");
     fails(&["maple", "--age", "90", "-o", "a.csv"], USAGE, "not 90");
     fails(&["elm", "-o", "a.csv"], USAGE, "elm");

@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// Names to try for the temporary file; so many are taken only if that many runs were killed.
@@ -66,6 +66,48 @@ impl Drop for Temporary {
             // There is nobody to tell, and the first error says what went wrong.
             let _ = fs::remove_file(&self.path);
         }
+    }
+}
+
+/// A file for what waits to be written: hidden, and gone when it is no longer used.
+pub struct Spool {
+    file: File,
+    _temporary: Temporary,
+}
+
+impl Spool {
+    /// Makes one in the folder of `path`.
+    ///
+    /// # Errors
+    ///
+    /// When no file can be made there.
+    pub fn beside(path: &Path) -> Result<Self, WriteError> {
+        let made = create_beside(path);
+        let (file, temporary) =
+            made.map_err(|source| WriteError::Create { path: path.to_owned(), source })?;
+        Ok(Self { file, _temporary: temporary })
+    }
+}
+
+impl Read for Spool {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.file.read(bytes)
+    }
+}
+
+impl Write for Spool {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for Spool {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
     }
 }
 
@@ -137,7 +179,7 @@ fn create_beside(target: &Path) -> io::Result<(File, Temporary)> {
         hidden.push(name);
         hidden.push(format!(".{attempt}.part"));
         let path = target.with_file_name(hidden);
-        match OpenOptions::new().write(true).create_new(true).open(&path) {
+        match OpenOptions::new().read(true).write(true).create_new(true).open(&path) {
             Ok(file) => return Ok((file, Temporary { path, keep: false })),
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
             Err(error) => return Err(error),

@@ -23,7 +23,7 @@ pub mod tables;
 mod unfolding;
 pub mod usd;
 
-pub use atomic::{WriteError, write_atomically};
+pub use atomic::{Spool, WriteError, write_atomically};
 pub use beside::NameError;
 pub use images::ImageError;
 pub use subject::Subject;

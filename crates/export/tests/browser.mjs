@@ -74,6 +74,19 @@ window.show = async (url) => {
   } else {
     row.frames.push(pixels(scene, camera));
   }
+  // three.js shows the finest level of detail; the coarser ones are there to be asked for.
+  for (const node of file.scene.children) {
+    const levels = node.userData.gltfExtensions?.MSFT_lod;
+    if (!levels) continue;
+    row.levels = [];
+    for (const id of levels.ids) {
+      const level = new THREE.Scene();
+      level.background = background;
+      level.add(await file.parser.getDependency('node', id));
+      level.add(new THREE.HemisphereLight(0xffffff, 0x888888, 3));
+      row.levels.push(pixels(level, camera));
+    }
+  }
   return row;
 };
 window.ready = true;

@@ -13,7 +13,7 @@ async function main() {
     const report = await validator.validateBytes(new Uint8Array(fs.readFileSync(file)), {
       uri: path.basename(file),
       format: path.extname(file).slice(1),
-      maxIssues: 20,
+      maxIssues: 0,
       externalResourceFunction: async (uri) =>
         new Uint8Array(fs.readFileSync(path.join(path.dirname(file), decodeURIComponent(uri)))),
     });

@@ -9,10 +9,12 @@ mod common;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use deeptree_export::gltf::{Attributes, Document, Level, Options};
+use std::io::Cursor;
+
+use deeptree_export::gltf::{Attributes, Document, Level, Options, Stand};
 use deeptree_export::{Subject, Unfolding};
-use deeptree_graph::TreeInfo;
 use deeptree_graph::testing::random_tree;
+use deeptree_graph::{TreeInfo, Vec3};
 use deeptree_mesh::{Mesh, WoodOptions, wood};
 
 const PACKAGE: &str = "gltf-validator@2.0.0-dev.3.10";
@@ -157,6 +159,52 @@ fn beside(samples: &mut Samples) {
     samples.all.push(Sample { path, vertices, triangles });
 }
 
+/// Trees in one file, at one level of detail and at two; copies of blades count once.
+fn stands(samples: &mut Samples) {
+    for (two, instancing) in [(false, false), (true, false), (false, true)] {
+        let options = Options { instancing, ..Options::default() };
+        let mut stand = Stand::new(Cursor::new(Vec::new()), options);
+        let mut counted = (0, 0);
+        for seed in 0..3 {
+            let (tree, fine) = common::dressed(seed, 60);
+            let coarse = wood(&tree, &WoodOptions::lod(3));
+            let subjects = [Subject::from(&fine), Subject::from(&coarse)];
+            let levels = subjects.map(|subject| Level { subject, coverage: 0.1 });
+            let levels = &levels[..if two { 2 } else { 1 }];
+            stand.add(levels, &tree.info, Vec3::new(seed as f32, 0.0, -5.0)).unwrap();
+            for level in levels {
+                let (vertices, triangles) = counts(match instancing {
+                    false => level.subject,
+                    true => Subject { foliage: &[], ..level.subject },
+                });
+                let blades = if instancing { fine.foliage.len() } else { 0 };
+                counted.0 += vertices + 4 * blades;
+                counted.1 += triangles + 2 * blades;
+            }
+        }
+        let path = samples.path();
+        if two {
+            stand.save_glb(&path).unwrap();
+        } else {
+            stand.write_glb(&mut std::fs::File::create(&path).unwrap()).unwrap();
+        }
+        let (vertices, triangles) = counted;
+        samples.all.push(Sample { path, vertices, triangles });
+    }
+    let path = samples.folder.path().join("a stand.gltf");
+    let mut stand = Stand::beside(&path, Options::default()).unwrap();
+    let (tree, dressed) = common::dressed(3, 60);
+    let level = Level { subject: (&dressed).into(), coverage: 0.1 };
+    stand.add(&[level], &tree.info, Vec3::X).unwrap();
+    stand.save(&path).unwrap();
+    let (vertices, triangles) = counts((&dressed).into());
+    samples.all.push(Sample { path, vertices, triangles });
+    let nobody = Stand::new(Cursor::new(Vec::new()), Options::default());
+    let path = samples.path();
+    nobody.write_glb(&mut std::fs::File::create(&path).unwrap()).unwrap();
+    samples.all.push(Sample { path, vertices: 0, triangles: 0 });
+}
+
 #[test]
 fn glb_files_pass_the_khronos_validator() {
     let Some(installed) = validator() else { return };
@@ -167,6 +215,7 @@ fn glb_files_pass_the_khronos_validator() {
     levels(&mut samples);
     growing(&mut samples);
     beside(&mut samples);
+    stands(&mut samples);
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/khronos_validator.js");
     let output = Command::new("node")
         .arg(script)

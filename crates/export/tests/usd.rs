@@ -10,6 +10,7 @@ mod common;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 
 use deeptree_export::usd::{UsdError, save, write_usdz};
 use deeptree_graph::testing::random_tree;
@@ -129,7 +130,7 @@ fn packages_are_stored_aligned_and_the_same_every_time() {
 #[test]
 fn a_picture_of_the_wrong_size_is_refused_by_its_material() {
     let (tree, mut dressed) = common::dressed(4, 10);
-    dressed.bark.normal_image.as_mut().unwrap().height = 3;
+    Arc::make_mut(dressed.bark.normal_image.as_mut().unwrap()).height = 3;
     let error = write_usdz(&dressed, &tree.info, &mut Cursor::new(Vec::new())).unwrap_err();
     assert!(matches!(&error, UsdError::Image { material, .. } if material == "test bark"));
 }

@@ -1,5 +1,7 @@
 //! What a surface looks like: images and the numbers of a physically based material.
 
+use std::sync::Arc;
+
 /// A picture of 8 bits a channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
@@ -13,7 +15,8 @@ pub struct Image {
     pub pixels: Vec<u8>,
 }
 
-/// A physically based material, as of glTF's metallic-roughness model without metals.
+/// A physically based material, as of glTF's metallic-roughness model without metals. Its pictures
+/// are shared by all that are made of it.
 ///
 /// # Source
 ///
@@ -25,13 +28,13 @@ pub struct Material {
     /// Linear colour and alpha that the picture's are multiplied by.
     pub color: [f32; 4],
     /// Colour in sRGB, with alpha where there are four channels; v = 1 is the upper edge.
-    pub color_image: Option<Image>,
+    pub color_image: Option<Arc<Image>>,
     /// Normal in the tangent frame, OpenGL's way: red along u, green along v, blue outward.
-    pub normal_image: Option<Image>,
+    pub normal_image: Option<Arc<Image>>,
     /// Roughness of the surface, 0 (mirror) to 1, that the picture's is multiplied by.
     pub roughness: f32,
     /// Roughness, one channel.
-    pub roughness_image: Option<Image>,
+    pub roughness_image: Option<Arc<Image>>,
     /// Share of the light that is not reflected and comes out on the other side, diffusely.
     pub translucency: f32,
     /// Where alpha is below, there is no surface; none for opaque materials.

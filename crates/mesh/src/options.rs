@@ -35,8 +35,8 @@ pub struct WoodOptions {
     /// Radius of the trunk at the ground, as a multiple of the root's radius, at least 1.
     /// Default 1.4; 1 is a trunk without a flare.
     pub foot_flare: f32,
-    /// Side of the bark texture in metres: v counts it along the branch, and u has as many whole
-    /// repeats as fit around the branch's start. Default 1.
+    /// Side of the bark texture in metres: u has as many whole repeats as fit around the branch's
+    /// start, so that a texture that repeats shows no seam. Default 1.
     pub texture_size: f32,
 }
 

@@ -5,8 +5,9 @@
 mod common;
 
 use common::{check, hash, words};
+use deeptree_graph::testing::random_tree;
 use deeptree_graph::{BranchGraph, ChildSignature, Quat, TreeInfo, Vec3};
-use deeptree_mesh::{WoodOptions, wood};
+use deeptree_mesh::{Mesh, WoodOptions, wood};
 
 fn info() -> TreeInfo {
     TreeInfo { species: "test".into(), age: 1, gravitropism: 0.0, seed: 0 }
@@ -119,26 +120,75 @@ fn collars_are_wider_than_their_branches_and_smooth() {
     }
 }
 
+/// Of each triangle its area, twice, and how its texture lies: area, and stretch, which is 1 where
+/// the texture keeps its shape and grows with its distortion.
+fn textures(mesh: &Mesh) -> Vec<(f64, f64, f64, Vec3)> {
+    let of = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+        let [p, q, r] = t.map(|i| mesh.uvs[i as usize].map(f64::from));
+        let (along, other) = ((b - a).as_dvec3(), (c - a).as_dvec3());
+        let area = along.cross(other).length();
+        // The triangle laid flat, and the map from there to the texture.
+        let x = along.length();
+        let (c0, c1) = (other.dot(along) / x, area / x);
+        let (u, v) = ([q[0] - p[0], q[1] - p[1]], [r[0] - p[0], r[1] - p[1]]);
+        let m = [0, 1].map(|k| [u[k] / x, (v[k] - u[k] * c0 / x) / c1]);
+        let squares = m.as_flattened().iter().map(|e| e * e).sum::<f64>();
+        let size = (m[0][0] * m[1][1] - m[0][1] * m[1][0]).abs();
+        (area, size, squares / (2.0 * size), (a + b + c) / 3.0)
+    };
+    mesh.indices.as_chunks::<3>().0.iter().map(of).collect()
+}
+
 #[test]
-fn texels_have_one_size() {
+fn a_texture_keeps_its_shape_and_gets_finer_with_the_limb() {
     let mut tree = BranchGraph::new(info(), Vec3::ZERO, upright(0.3, 2.0));
-    tree.grow(0, [Some(edge(0.0, 0.1, 4.0)), Some(edge(0.8, 0.05, 2.0)), None]);
-    let options = WoodOptions { texture_size: 0.5, ..round() };
+    let mut tip = 0;
+    for step in 1..=6 {
+        let thickness = 0.3 - 0.025 * step as f32;
+        tip = tree.grow(tip, [Some(edge(0.0, thickness, 1.0)), None, None])[0].unwrap();
+    }
+    let options = WoodOptions { texture_size: 0.5, foot_flare: 1.0, ..round() };
     let mesh = wood(&tree, &options);
     let (mut total, mut off) = (0.0, 0.0);
-    for t in mesh.indices.chunks(3) {
-        let [a, b, c] = [t[0], t[1], t[2]].map(|i| mesh.positions[i as usize]);
-        let [p, q, r] = [t[0], t[1], t[2]].map(|i| mesh.uvs[i as usize]);
-        let area = f64::from((b - a).cross(c - a).length());
-        let texture = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    for (area, size, stretch, at) in textures(&mesh) {
+        // Without foot and tip.
+        if !(0.05..7.9).contains(&at.y) {
+            continue;
+        }
         total += area;
-        // A texture of half a metre: four of its squares a square metre.
-        let ratio = f64::from(texture.abs()) / (4.0 * area);
-        if (ratio - 1.0).abs() > 0.1 {
+        let radius = f64::from(0.3 - 0.15 * ((at.y - 2.0) / 6.0).max(0.0));
+        // Around 0.3 m, half a metre fits 3.8 times.
+        let around = 4.0 / (std::f64::consts::TAU * radius);
+        if (size / (around * around) - 1.0).abs() > 0.15 || stretch > 1.1 {
             off += area;
         }
     }
-    assert!(off < 0.1 * total, "{off} of {total}");
+    assert!(total > 10.0 && off < 0.05 * total, "{off} of {total}");
+}
+
+#[test]
+fn a_texture_that_repeats_goes_on_across_the_seam_of_every_limb() {
+    for seed in 0..20 {
+        let tree = random_tree(seed, 60);
+        let mesh = wood(&tree, &WoodOptions { texture_size: 0.2, ..WoodOptions::default() });
+        let limb = |vertex| mesh.tubes.iter().position(|tube| tube.vertices.contains(&vertex));
+        let mut seen = 0;
+        for &[copy, original] in &mesh.seams {
+            let [p, q] = [copy, original].map(|i| mesh.uvs[i as usize]);
+            let facing = [copy, original].map(|i| mesh.normals[i as usize]);
+            // Rims are of two limbs, and the foot's disc has a texture of its own.
+            if limb(copy) != limb(original) || facing[0].dot(facing[1]) < 0.5 {
+                continue;
+            }
+            let turns = p[0] - q[0];
+            assert!(turns.abs() > 0.5, "it is no seam");
+            assert!((turns - turns.round()).abs() < 1e-4, "{p:?} {q:?}");
+            assert_eq!(p[1], q[1]);
+            seen += 1;
+        }
+        assert!(seen > 100, "{seen}");
+    }
 }
 
 #[test]
@@ -158,5 +208,5 @@ fn the_same_tree_gives_the_same_bits_on_every_machine_and_in_every_build() {
         let mesh = wood(&tree, &options);
         hash(&[words(&mesh), mesh.nodes].concat())
     });
-    assert_eq!(hashes, [0x59a9_a397_9a2d_119e, 0x0060_5f00_708b_93a5], "{hashes:#x?}");
+    assert_eq!(hashes, [0xd954_ea44_b066_ad54, 0x6ffa_2292_309d_f481], "{hashes:#x?}");
 }

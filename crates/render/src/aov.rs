@@ -40,6 +40,8 @@ pub struct Mark {
     pub order: u16,
     /// The internode's node.
     pub node: u32,
+    /// Number of the tree in the scene.
+    pub tree: u32,
 }
 
 /// Looks along one ray a pixel; of `options`, the size counts. Row by row from above.
@@ -69,9 +71,10 @@ fn mark(scene: &Scene<'_>, camera: &Camera, at: [f32; 2]) -> Mark {
     let facing: Vec3 = surface.facing();
     let depth = camera.project(surface.point).map_or(0.0, |(_, depth)| depth);
     let of_tree = |kind, node: u32| {
-        let internode = scene.tree().wood.internodes.get(node as usize);
+        let internode = scene.internode(surface.tree, node);
+        let tree = surface.tree as u32;
         let (branch, order) = internode.map_or((0, 0), |one| (one.branch, one.order));
-        Mark { kind, depth, normal: facing.into(), branch, order, node }
+        Mark { kind, depth, normal: facing.into(), branch, order, node, tree }
     };
     match surface.label {
         Label::Ground => {

@@ -98,6 +98,8 @@ pub enum Channel {
     Order,
     /// Node + 1, likewise.
     Node,
+    /// Tree + 1, likewise: of a stand.
+    Tree,
 }
 
 impl Channel {
@@ -111,6 +113,7 @@ impl Channel {
             Self::Branch => "branch",
             Self::Order => "order",
             Self::Node => "node",
+            Self::Tree => "tree",
         }
     }
 }
@@ -143,6 +146,7 @@ pub fn write_channel_png(
         Channel::Branch => ("branch", "number of the branch + 1; 0: no tree"),
         Channel::Order => ("order", "Gravelius order + 1; 0: no tree"),
         Channel::Node => ("node", "number of the node + 1; 0: no tree"),
+        Channel::Tree => ("tree", "number of the tree + 1; 0: no tree"),
     };
     let values: Result<Vec<u16>, WriteError> = marks
         .iter()
@@ -162,12 +166,13 @@ fn number(mark: &Mark, channel: Channel) -> u32 {
         Channel::Branch => is_tree * mark.branch.saturating_add(1),
         Channel::Order => is_tree * (u32::from(mark.order) + 1),
         Channel::Node => is_tree * mark.node.saturating_add(1),
+        Channel::Tree => is_tree * mark.tree.saturating_add(1),
     }
 }
 
 /// The bytes of an OpenEXR file: `R G B A` in linear sRGB times alpha; with marks also `Z` in
-/// metres, `N.X N.Y N.Z`, and the whole numbers `kind`, `branch`, `order` and `node` as
-/// [`Channel`] counts.
+/// metres, `N.X N.Y N.Z`, and the whole numbers `kind`, `branch`, `order`, `node` and
+/// `tree` as [`Channel`] counts.
 ///
 /// # Errors
 ///
@@ -221,6 +226,7 @@ mod tests {
             branch: 7,
             order: 2,
             node: 70_000,
+            tree: 3,
         };
         vec![Mark::default(), wood]
     }
@@ -243,6 +249,7 @@ mod tests {
         assert_eq!(read(Channel::Depth), [0, 0, 4, 211], "1235 cm");
         assert_eq!(read(Channel::Branch), [0, 0, 0, 8]);
         assert_eq!(read(Channel::Order), [0, 0, 0, 3]);
+        assert_eq!(read(Channel::Tree), [0, 0, 0, 4]);
         assert_eq!(read(Channel::Kind), [0, 0, 0, 2]);
         assert_eq!(read(Channel::Normal), [128, 128, 128, 128, 255, 1]);
         let mut bytes = Vec::new();

@@ -103,6 +103,12 @@ impl Geometry {
         Ok(Self { bvh, ball, parts, blades, leaves })
     }
 
+    /// The lowest and the highest coordinates, but for rounding.
+    pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
+        let Ball { middle, half, .. } = self.ball;
+        (middle - half, middle + half)
+    }
+
     /// What the ray meets first, where `is_there` says that there is something: leaves have holes.
     pub(crate) fn first(&self, ray: &Ray, is_there: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut best: Option<Hit> = None;
@@ -212,6 +218,8 @@ pub(crate) fn world_from_blade(leaf: &Leaf, point: Vec3) -> Vec3 {
 #[derive(Clone, Copy, Debug)]
 struct Ball {
     middle: Vec3,
+    /// Half of the sides of the box that it is around.
+    half: Vec3,
     radius: f32,
 }
 
@@ -241,9 +249,10 @@ fn build(bounds: &mut [Aabb]) -> (CwBvh, Ball) {
     let whole = bounds.iter().fold(Aabb::INVALID, |all, one| all.union(one));
     let (low, high) = (Vec3::from(whole.min), Vec3::from(whole.max));
     let ball = if bounds.is_empty() {
-        Ball { middle: Vec3::ZERO, radius: 0.0 }
+        Ball { middle: Vec3::ZERO, half: Vec3::ZERO, radius: 0.0 }
     } else {
-        Ball { middle: (low + high) / 2.0, radius: (high - low).length() / 2.0 }
+        let half = (high - low) / 2.0;
+        Ball { middle: (low + high) / 2.0, half, radius: half.length() }
     };
     let margin = MARGIN * (ball.middle.abs().max_element() + 2.0 * ball.radius).max(1e-6);
     for one in bounds.iter_mut() {

@@ -15,8 +15,9 @@ use crate::tone::luminance;
 
 /// Paths this long or longer may end by chance.
 const ROULETTE: u32 = 3;
-/// Distance at which the air hides all but 1/e of the ground, in metres: it makes the horizon soft.
-const VISIBILITY: f32 = 2500.0;
+/// Distance beyond the trees at which the air hides all but 1/e of the ground, in metres: as on a
+/// hazy morning, so that the horizon is soft.
+const VISIBILITY: f32 = 200.0;
 
 /// What a ray of the camera brings.
 #[derive(Clone, Copy, Debug, Default)]
@@ -137,10 +138,10 @@ impl Integrator<'_> {
         luminance(drawn.radiance) * cos / (drawn.pdf * std::f32::consts::PI)
     }
 
-    /// A meadow's radiance behind the air before it.
+    /// A meadow's radiance behind the air before it, which is clear as far as there are trees.
     fn haze(&self, ray: &Ray, ground: &Surface, color: Vec3) -> Vec3 {
-        let distance = (ground.point - ray.origin).length();
-        let clear = libm::expf(-distance / VISIBILITY);
+        let beyond = (ground.point - ray.origin).length() - self.scene.farthest(ray.origin);
+        let clear = libm::expf(-beyond.max(0.0) / VISIBILITY);
         let level = Vec3::new(ray.direction.x, 0.02, ray.direction.z).normalize_or(Vec3::X);
         color * clear + self.scene.light.dome(level) * (1.0 - clear)
     }

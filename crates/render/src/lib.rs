@@ -1,4 +1,4 @@
-//! A path tracer for trees: wood, translucent leaves, a sky with its sun, and level ground.
+//! A path tracer for a tree or many: wood, translucent leaves, a sky with its sun, and level ground.
 //!
 //! ```
 //! use deeptree_graph::{BranchGraph, ChildSignature, Quat, TreeInfo, Vec3};
@@ -33,6 +33,7 @@ mod film;
 mod geometry;
 mod ggx;
 mod ground;
+mod grove;
 mod impostor;
 mod integrator;
 mod light;
@@ -55,5 +56,5 @@ pub use ground::Ground;
 pub use impostor::{Card, Impostor, impostor};
 pub use light::Light;
 pub use mosaic::Mosaic;
-pub use scene::{Scene, points};
+pub use scene::{Scene, Standing, points};
 pub use tone::Tone;

@@ -1,26 +1,43 @@
-//! A tree, its light and the ground, ready to be looked at.
+//! Trees, their light and the ground, ready to be looked at.
+
+use std::sync::Arc;
 
 use deeptree_graph::NodeId;
-use deeptree_mesh::{Dressed, Material};
+use deeptree_mesh::{Dressed, Image, Internode, Material};
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::bsdf::Bsdf;
 use crate::error::RenderError;
-use crate::geometry::{Geometry, Hit, What, world_from_blade};
+use crate::geometry::{Hit, What, world_from_blade};
 use crate::ggx::Ggx;
 use crate::ground::Ground;
+use crate::grove::{Grove, Met};
 use crate::light::Light;
 use crate::ray::Ray;
 use crate::texture::Texture;
 
-/// A tree, its light and the ground, ready to be looked at.
+/// A tree and the place that its foot stands at.
+#[derive(Clone, Copy, Debug)]
+pub struct Standing<'a> {
+    /// The tree in its own space.
+    pub tree: &'a Dressed,
+    /// Where the origin of its space is, in metres.
+    pub at: Vec3,
+}
+
+/// Trees, their light and the ground, ready to be looked at.
 pub struct Scene<'a> {
-    tree: &'a Dressed,
-    geometry: Geometry,
-    bark: Look<'a>,
-    leaves: Vec<Look<'a>>,
+    grove: Grove,
+    trees: Vec<Tree<'a>>,
     pub(crate) light: Light,
     pub(crate) ground: Ground,
+}
+
+/// A tree with its materials.
+struct Tree<'a> {
+    standing: Standing<'a>,
+    bark: Look<'a>,
+    leaves: Vec<Look<'a>>,
 }
 
 /// A material with its pictures checked.
@@ -43,6 +60,8 @@ pub(crate) struct Surface {
     frame: [Vec3; 3],
     pub(crate) bsdf: Bsdf,
     pub(crate) label: Label,
+    /// Number of the tree; 0 where there is none.
+    pub(crate) tree: usize,
 }
 
 /// What is seen at a place.
@@ -60,75 +79,77 @@ impl<'a> Scene<'a> {
     ///
     /// When the tree has no surface, or its meshes or materials contradict themselves.
     pub fn new(tree: &'a Dressed, light: Light, ground: Ground) -> Result<Self, RenderError> {
-        Ok(Self {
-            tree,
-            geometry: Geometry::new(tree)?,
-            bark: Look::new(&tree.bark)?,
-            leaves: tree
-                .foliage
-                .iter()
-                .map(|f| Look::new(&f.material))
-                .collect::<Result<_, _>>()?,
-            light,
-            ground,
-        })
+        Self::of(&[Standing { tree, at: Vec3::ZERO }], light, ground)
     }
 
-    /// The tree that is looked at.
-    #[must_use]
-    pub fn tree(&self) -> &Dressed {
-        self.tree
+    /// Prepares trees that stand together for rays; they may be the same tree at several places.
+    ///
+    /// # Errors
+    ///
+    /// As [`Scene::new`], of any of them; and when there is none, or a place is not finite.
+    pub fn of(trees: &[Standing<'a>], light: Light, ground: Ground) -> Result<Self, RenderError> {
+        let grove = Grove::new(trees)?;
+        let trees = trees.iter().map(|&standing| Tree::new(standing)).collect::<Result<_, _>>()?;
+        Ok(Self { grove, trees, light, ground })
     }
 
-    /// Points that what is seen of the tree lies between, as [`points`] says.
+    /// No part of a tree is farther from a point.
+    pub(crate) fn farthest(&self, from: Vec3) -> f32 {
+        let (low, high) = self.grove.bounds();
+        (from - low).abs().max((from - high).abs()).length()
+    }
+
+    /// What is known of an internode of a tree.
+    pub(crate) fn internode(&self, tree: usize, node: NodeId) -> Option<&Internode> {
+        self.trees.get(tree)?.standing.tree.wood.internodes.get(node as usize)
+    }
+
+    /// Points that what is seen of the trees lies between, as [`points`] says.
     pub fn points(&self) -> impl Iterator<Item = Vec3> + Clone + '_ {
-        points(self.tree)
+        self.trees.iter().flat_map(|Tree { standing: Standing { tree, at }, .. }| {
+            points(tree).map(move |p| p + *at)
+        })
     }
 
     /// What the ray meets first.
     pub(crate) fn meet(&self, ray: &Ray) -> Option<Surface> {
         let ground = self.ground.meet(ray);
         let ahead = Ray { most: ground.unwrap_or(ray.most), ..*ray };
-        if let Some(hit) = self.geometry.first(&ahead, |hit| self.is_there(hit)) {
-            return Some(self.surface(&hit, -ray.direction));
+        if let Some(met) = self.grove.first(&ahead, |met| self.is_there(met)) {
+            return Some(self.surface(&met, -ray.direction));
         }
         ground.map(|distance| {
             let mut point = ray.origin + ray.direction * distance;
             point.y = 0.0;
-            Surface::new(point, Vec3::Y, Vec3::Y, self.ground.bsdf(point), Label::Ground)
+            Surface::new(point, Vec3::Y, Vec3::Y, self.ground.bsdf(point), Label::Ground, 0)
         })
     }
 
     /// Does the ray get away?
     pub(crate) fn is_free(&self, ray: &Ray) -> bool {
-        self.ground.meet(ray).is_none() && !self.geometry.any(ray, |hit| self.is_there(hit))
+        self.ground.meet(ray).is_none() && !self.is_shaded(ray)
     }
 
-    /// Is anything of the tree in the way?
+    /// Is anything of the trees in the way?
     pub(crate) fn is_shaded(&self, ray: &Ray) -> bool {
-        self.geometry.any(ray, |hit| self.is_there(hit))
+        self.grove.any(ray, |met| self.is_there(met))
     }
 
     /// Is there a surface, and no hole?
-    fn is_there(&self, hit: &Hit) -> bool {
-        let look = self.look(hit.what);
+    fn is_there(&self, &Met { tree, ref hit }: &Met) -> bool {
+        let tree = &self.trees[tree];
+        let look = tree.look(hit.what);
         let Some(cutoff) = look.cutoff else { return true };
         let alpha = look.material.color[3]
-            * look.color.map_or(1.0, |texture| texture.alpha(self.corners(hit).uv));
+            * look.color.map_or(1.0, |texture| texture.alpha(tree.corners(hit).uv));
         alpha >= cutoff
     }
 
-    fn look(&self, what: What) -> &Look<'a> {
-        match what {
-            What::Wood { .. } => &self.bark,
-            What::Leaf { kind, .. } => &self.leaves[kind as usize],
-        }
-    }
-
-    fn surface(&self, hit: &Hit, towards: Vec3) -> Surface {
-        let look = self.look(hit.what);
+    fn surface(&self, &Met { tree: number, ref hit }: &Met, towards: Vec3) -> Surface {
+        let tree = &self.trees[number];
+        let look = tree.look(hit.what);
         let Corners { mut point, edges: [b, c], mut normal, uv, uv_edges, label } =
-            self.corners(hit);
+            tree.corners(hit);
         let mut flat = b.cross(c).try_normalize().unwrap_or(normal);
         let mut along_u = uv_edges[1].y * b - uv_edges[0].y * c;
         let mut along_v = uv_edges[0].x * c - uv_edges[1].x * b;
@@ -137,7 +158,7 @@ impl<'a> Scene<'a> {
             (along_u, along_v) = (-along_u, -along_v);
         }
         if let What::Leaf { kind, number, .. } = hit.what {
-            let leaf = &self.tree.foliage[kind as usize].leaves[number as usize];
+            let leaf = &tree.standing.tree.foliage[kind as usize].leaves[number as usize];
             point = world_from_blade(leaf, point);
             for direction in [&mut normal, &mut flat, &mut along_u, &mut along_v] {
                 *direction = leaf.rotation * *direction;
@@ -157,7 +178,25 @@ impl<'a> Scene<'a> {
         if facing < LEAST {
             shading = (shading + towards * (LEAST - facing)).try_normalize().unwrap_or(flat);
         }
-        Surface::new(point, flat, shading, look.bsdf(uv), label)
+        Surface::new(point + tree.standing.at, flat, shading, look.bsdf(uv), label, number)
+    }
+}
+
+impl<'a> Tree<'a> {
+    fn new(standing: Standing<'a>) -> Result<Self, RenderError> {
+        let looks = standing.tree.foliage.iter().map(|f| Look::new(&f.material));
+        Ok(Self {
+            bark: Look::new(&standing.tree.bark)?,
+            leaves: looks.collect::<Result<_, _>>()?,
+            standing,
+        })
+    }
+
+    fn look(&self, what: What) -> &Look<'a> {
+        match what {
+            What::Wood { .. } => &self.bark,
+            What::Leaf { kind, .. } => &self.leaves[kind as usize],
+        }
     }
 
     /// What lies at a hit, in the space of its triangles.
@@ -166,13 +205,13 @@ impl<'a> Scene<'a> {
         let weights = [1.0 - v - w, v, w];
         let (positions, normals, uvs, [i, j, k], label) = match hit.what {
             What::Wood { triangle } => {
-                let wood = &self.tree.wood;
+                let wood = &self.standing.tree.wood;
                 let t = wood.indices.as_chunks::<3>().0[triangle as usize].map(|i| i as usize);
                 let node = wood.nodes[t[0]];
                 (&wood.positions, &wood.normals, &wood.uvs, t, Label::Wood(node))
             }
             What::Leaf { kind, number, triangle } => {
-                let foliage = &self.tree.foliage[kind as usize];
+                let foliage = &self.standing.tree.foliage[kind as usize];
                 let blade = &foliage.blade;
                 let t = blade.indices.as_chunks::<3>().0[triangle as usize].map(|i| i as usize);
                 let node = foliage.leaves[number as usize].node;
@@ -236,7 +275,7 @@ struct Corners {
 impl<'a> Look<'a> {
     fn new(material: &'a Material) -> Result<Self, RenderError> {
         let name = &material.name;
-        let texture = |image: &'a Option<deeptree_mesh::Image>, is_srgb, what| {
+        let texture = |image: &'a Option<Arc<Image>>, is_srgb, what| {
             image.as_ref().map(|image| Texture::new(image, is_srgb, name, what)).transpose()
         };
         Ok(Self {
@@ -271,9 +310,9 @@ impl<'a> Look<'a> {
 }
 
 impl Surface {
-    fn new(point: Vec3, flat: Vec3, shading: Vec3, bsdf: Bsdf, label: Label) -> Self {
+    fn new(point: Vec3, flat: Vec3, shading: Vec3, bsdf: Bsdf, label: Label, tree: usize) -> Self {
         let (tangent, bitangent) = shading.any_orthonormal_pair();
-        Self { point, normal: flat, frame: [tangent, bitangent, shading], bsdf, label }
+        Self { point, normal: flat, frame: [tangent, bitangent, shading], bsdf, label, tree }
     }
 
     /// The direction in which shading thinks the surface faces.

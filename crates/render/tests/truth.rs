@@ -167,7 +167,7 @@ fn holes_of_leaves_let_light_and_eyes_through() {
         |alpha: u8| Image { width: 1, height: 1, channels: 4, pixels: vec![9, 9, 9, alpha] };
     for (alpha, covered) in [(255, true), (0, false)] {
         let mask = Material {
-            color_image: Some(image(alpha)),
+            color_image: Some(image(alpha).into()),
             alpha_cutoff: Some(0.5),
             ..material(1.0, 0.8, 0.0)
         };
@@ -288,7 +288,7 @@ fn what_cannot_be_pictured_is_refused() {
     assert!(new(&leaves(square(), vec![flat], plain_bark())).is_err());
     assert!(new(&leaves(Blade::default(), Vec::new(), plain_bark())).is_err());
     let image = Image { width: 2, height: 2, channels: 3, pixels: vec![0; 11] };
-    let bark = Material { color_image: Some(image), ..plain_bark() };
+    let bark = Material { color_image: Some(image.into()), ..plain_bark() };
     let tree = Dressed { wood: post(), bark, foliage: Vec::new() };
     assert!(matches!(new(&tree), Err(RenderError::Image { bytes: 11, .. })));
 
@@ -304,4 +304,27 @@ fn what_cannot_be_pictured_is_refused() {
     ] {
         assert!(render(&scene, &camera, &bad, |_| ()).is_err(), "{bad:?}");
     }
+}
+
+/// Koschmieder 1924: what is far off has the light of the horizon behind it.
+#[test]
+fn the_meadow_ends_in_the_light_of_the_horizon() {
+    let tree = Dressed { wood: post(), bark: plain_bark(), foliage: Vec::new() };
+    let light = Light::daylight(0.7, -0.8, 3.0).unwrap();
+    let scene = Scene::new(&tree, light, Ground::Meadow).unwrap();
+    // From so far that the last row before the horizon shows ground some kilometres away.
+    let camera = Camera::framing(scene.points(), View::Front, 1.0, 0.02).unwrap();
+    let side = 64;
+    let options = Options { size: [side; 2], samples: 64, error: 0.0, ..Options::default() };
+    let picture = render(&scene, &camera, &options, |_| ()).unwrap();
+    let horizon = camera.position() + camera.axes()[2] * 1e6;
+    let ([_, y], _) = camera.project(horizon).unwrap();
+    let row = (y * side as f32) as usize;
+    let green = |row: usize| {
+        let pixels = &picture.pixels[row * side as usize..][..8];
+        pixels.iter().map(|pixel| pixel[1]).sum::<f32>() / 8.0
+    };
+    let (sky, far, near) = (green(row - 2), green(row + 1), green(side as usize - 1));
+    assert!((far / sky - 1.0).abs() < 0.1, "{far} {sky}");
+    assert!((near / sky - 1.0).abs() > 0.2, "{near} {sky}");
 }

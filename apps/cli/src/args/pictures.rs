@@ -8,7 +8,7 @@ use crate::verbs::render;
 
 #[derive(clap::Args)]
 pub(crate) struct Render {
-    /// The tree: .tree .csv .parquet .dtree.
+    /// The tree: .tree .csv .parquet .dtree; with --all, a table of several or a folder, too.
     #[arg(required_unless_present = "sheet", conflicts_with = "sheet")]
     pub(crate) input: Option<PathBuf>,
     /// The picture: .png (8 bits, sRGB) or .exr (linear, in light).
@@ -17,6 +17,10 @@ pub(crate) struct Render {
     /// Which tree of a table of several.
     #[arg(long, value_name = "NUMBER")]
     pub(crate) tree: Option<u32>,
+    /// All trees of the file, or of the files of a folder, together: each where its foot is, as
+    /// stands are written. Wants 5 to 25 MB of memory a tree, by its size and --lod.
+    #[arg(long, conflicts_with_all = ["tree", "sheet", "impostor"])]
+    pub(crate) all: bool,
     /// A contact sheet in place of one tree: the eight species, grown and generated; one species by
     /// age and gravitropism; by random seeds; or one tree from all sides.
     #[arg(long, value_enum)]
@@ -29,12 +33,14 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true, default_missing_value = "2", conflicts_with_all = ["sheet", "views", "aov"], value_parser = clap::value_parser!(u32).range(1..=16))]
     pub(crate) impostor: Option<u32>,
     /// From where: front, right, back, left, quarter, top; trunk or twigs, from two metres. Several
-    /// stand side by side.
+    /// stand side by side [default: front, with --all quarter].
     #[arg(
         long,
         value_name = "LIST",
         value_delimiter = ',',
         default_value = "front",
+        default_value_if("all", clap::builder::ArgPredicate::IsPresent, "quarter"),
+        hide_default_value = true,
         conflicts_with = "sheet"
     )]
     pub(crate) views: Vec<String>,

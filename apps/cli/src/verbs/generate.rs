@@ -6,7 +6,7 @@ use anyhow::{Result, bail};
 use deeptree_generate::{
     GenerateError, Limits, Request, Wishes, clamp_wishes, generate, generate_in, germ,
 };
-use deeptree_graph::Seed;
+use deeptree_graph::{Seed, Vec3};
 use deeptree_infer::{Model, Predictor, Workspace};
 use deeptree_scene::Site;
 
@@ -99,6 +99,7 @@ fn one(
         seed: request.seed.0,
         number: 0,
         tree: grown.tree,
+        at: Vec3::ZERO,
         germ: Some(grown.germ),
         hit_budget: grown.hit_budget,
         avoided: site.map(|_| grown.avoided),

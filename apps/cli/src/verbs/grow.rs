@@ -4,12 +4,13 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
-use deeptree_graph::Seed;
+use deeptree_graph::{Seed, Vec3};
 use deeptree_growth::{Around, DEFAULT_BUDGET, Parameters, Planted, grow_around, grow_stand_in};
 
 use super::making;
+use super::render::preview;
 use crate::args::{self, Args, UsageError};
-use crate::batch::Made;
+use crate::batch::{self, Made};
 use crate::format::Format;
 use crate::output::{self, Target};
 use crate::stand;
@@ -26,13 +27,16 @@ fn trees(args: &Args, verb: &args::Grow, species: &str) -> Result<()> {
     let which = &verb.which;
     let parameters = parameters(verb, species, verb.which.age)?;
     let environment = verb.place.load()?;
-    let target = target(verb, u64::from(which.count))?;
+    let out = &verb.out;
+    let target = Target::new(&out.output, out.format, u64::from(which.count), &out.mesh)?;
+    refuse_seed_file(&target)?;
     let one = |(): &mut (), seed| {
         let grown = grow_around(species, &parameters, Seed(seed), &environment)?;
         Ok(Made {
             seed,
             number: 0,
             tree: grown.tree,
+            at: Vec3::ZERO,
             germ: None,
             hit_budget: grown.hit_budget,
             avoided: None,
@@ -43,12 +47,15 @@ fn trees(args: &Args, verb: &args::Grow, species: &str) -> Result<()> {
 
 /// Trees that grow together.
 fn together(args: &Args, verb: &args::Grow, plan: &Path) -> Result<()> {
+    preview::check(&verb.out)?;
     let rows = stand::read(plan, verb.species.as_deref())?;
     let numbers: Vec<Parameters> = rows
         .iter()
         .map(|row| parameters(verb, &row.species, row.age.or(verb.which.age)))
         .collect::<Result<_>>()?;
-    let target = target(verb, rows.len() as u64)?;
+    let out = &verb.out;
+    let target = Target::for_stand(&out.output, out.format, rows.len() as u64, &out.mesh)?;
+    refuse_seed_file(&target)?;
     if target.folder {
         stand::check_names(&rows)?;
     }
@@ -70,20 +77,21 @@ fn together(args: &Args, verb: &args::Grow, plan: &Path) -> Result<()> {
     let made = grown.into_iter().zip(&rows).enumerate().map(|(k, (grown, row))| Made {
         seed: row.seed,
         number: k as u32,
-        tree: grown.tree.moved(row.at),
+        tree: grown.tree,
+        at: row.at,
         germ: None,
         hit_budget: grown.hit_budget,
         avoided: None,
     });
-    making::write(args, &verb.out, &target, made.collect(), took)
+    let made: Vec<Made> = made.collect();
+    batch::on_threads(verb.which.threads, || making::write(args, out, &target, &made, took))
 }
 
-fn target(verb: &args::Grow, count: u64) -> Result<Target> {
-    let target = Target::new(&verb.out.output, verb.out.format, count, &verb.out.mesh)?;
-    if target.format == Format::Dtree {
-        bail!(output::seed_files_are_generated());
+fn refuse_seed_file(target: &Target) -> Result<(), UsageError> {
+    match target.format {
+        Format::Dtree => Err(output::seed_files_are_generated()),
+        _ => Ok(()),
     }
-    Ok(target)
 }
 
 /// The numbers of the species, with what the command line overrides.

@@ -54,24 +54,23 @@ pub(super) fn write(
     args: &Args,
     out: &args::Out,
     target: &Target,
-    mut made: Vec<Made>,
+    made: &[Made],
     took: Duration,
 ) -> Result<()> {
-    preview::check(out)?;
     let mut seen = Seen { together: true, ..Seen::default() };
     let share = took / made.len().max(1) as u32;
-    target.write(|take| {
-        made.iter_mut().try_for_each(|made| {
-            if target.folder {
-                made.number = 0;
-            }
-            seen.add(made, share);
-            take(made)
-        })
-    })?;
-    if let Some(first) = made.first() {
-        preview::take(out, &first.tree)?;
+    made.iter().for_each(|made| seen.add(made, share));
+    if target.stand {
+        target.write_stand(made)?;
+    } else {
+        target.write(|take| {
+            made.iter().try_for_each(|made| {
+                let number = if target.folder { 0 } else { made.number };
+                take(&Made { number, ..made.clone().placed() })
+            })
+        })?;
     }
+    preview::take_stand(out, made)?;
     seen.say(args, out);
     Ok(())
 }

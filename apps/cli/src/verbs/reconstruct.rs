@@ -66,7 +66,15 @@ pub(crate) fn run(args: &Args, verb: &args::Reconstruct) -> Result<()> {
     };
     target.write(|take| {
         let seed = verb.seed;
-        take(&Made { seed, number: 0, tree, germ: None, hit_budget: false, avoided: None })
+        take(&Made {
+            seed,
+            number: 0,
+            tree,
+            at: Vec3::ZERO,
+            germ: None,
+            hit_budget: false,
+            avoided: None,
+        })
     })?;
     preview::take(&verb.out, &made.tree)?;
     if let Some(path) = &verb.qsm {

@@ -45,7 +45,15 @@ pub(crate) fn run(args: &Args, verb: &args::Regrow) -> Result<()> {
                 seen.add(before, &regrown);
                 let made = |tree, hit_budget| {
                     let number = if target.folder { 0 } else { number };
-                    Made { seed: seed.0, number, tree, germ: None, hit_budget, avoided: None }
+                    Made {
+                        seed: seed.0,
+                        number,
+                        tree,
+                        at: Vec3::ZERO,
+                        germ: None,
+                        hit_budget,
+                        avoided: None,
+                    }
                 };
                 if verb.out.preview.is_some() && first.is_none() {
                     first = Some(regrown.tree.clone());

@@ -34,7 +34,7 @@ pub(super) type Out<'w> = BufWriter<&'w mut dyn Write>;
 type Writer<'a> = dyn Fn(&mut Out<'_>) -> io::Result<()> + 'a;
 
 /// A part of the buffer, filled up to whole words.
-struct Block<'a> {
+pub(super) struct Block<'a> {
     bytes: u64,
     write: Box<Writer<'a>>,
 }
@@ -42,9 +42,9 @@ struct Block<'a> {
 /// A tree as glTF describes it, ready to be written.
 pub struct Document<'a> {
     pub(super) root: Root,
-    pub(super) materials: Materials<'a>,
+    pub(super) materials: Materials,
     pub(super) options: Options,
-    blocks: Vec<Block<'a>>,
+    pub(super) blocks: Vec<Block<'a>>,
     /// Bytes of all blocks, with what fills them up.
     pub(super) bytes: u64,
 }
@@ -68,7 +68,7 @@ impl<'a> Document<'a> {
 
     /// A description of nothing yet.
     pub(super) fn empty(info: &TreeInfo, options: Options) -> Self {
-        let root = Root { asset: json::asset(info), ..Root::default() };
+        let root = Root { asset: json::asset(&json::extras(info, None)), ..Root::default() };
         Self { root, materials: Materials::default(), options, blocks: Vec::new(), bytes: 0 }
     }
 
@@ -129,7 +129,7 @@ impl<'a> Document<'a> {
 
     fn material(
         &mut self,
-        material: &'a Material,
+        material: &Material,
         wrap: Wrap,
     ) -> Result<Index<gltf::Material>, GltfError> {
         self.materials

@@ -10,19 +10,27 @@ use serde_json::value::RawValue;
 
 use crate::numbers::one_line;
 
-/// Says who made the file, and of which tree.
-pub(super) fn asset(info: &TreeInfo) -> json::Asset {
-    let extras = serde_json::json!({
-        "species": info.species,
-        "age": info.age,
-        "gravitropism": info.gravitropism,
-        "seed": info.seed.to_string(),
-    });
+/// Says who made the file, and of what.
+pub(super) fn asset(extras: &serde_json::Value) -> json::Asset {
     json::Asset {
         generator: Some(format!("DeepTree {}", env!("CARGO_PKG_VERSION"))),
         extras: RawValue::from_string(extras.to_string()).ok(),
         ..json::Asset::default()
     }
+}
+
+/// What is known of a tree, and its number in a stand.
+pub(super) fn extras(info: &TreeInfo, number: Option<usize>) -> serde_json::Value {
+    let mut extras = serde_json::json!({
+        "species": info.species,
+        "age": info.age,
+        "gravitropism": info.gravitropism,
+        "seed": info.seed.to_string(),
+    });
+    if let Some(number) = number {
+        extras["number"] = number.into();
+    }
+    extras
 }
 
 /// The tree's name: species and seed.

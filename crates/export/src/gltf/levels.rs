@@ -44,22 +44,36 @@ impl<'a> Document<'a> {
         options: Options,
     ) -> Result<Self, GltfError> {
         let mut document = Self::empty(info, options);
-        let name = json::name(info);
+        if let Some(finest) = document.push_levels(levels, &json::name(info))? {
+            document.show(vec![finest]);
+        }
+        Ok(document)
+    }
+
+    /// Adds levels of detail of one tree; the node of the finest stands for all of them. A level by
+    /// itself is a tree as any other.
+    pub(super) fn push_levels(
+        &mut self,
+        levels: &[Level<'a>],
+        name: &str,
+    ) -> Result<Option<gltf::Index<gltf::Node>>, GltfError> {
+        if let [only] = levels {
+            return self.push_tree(only.subject, name.to_owned()).map(Some);
+        }
         let nodes = levels
             .iter()
             .enumerate()
-            .map(|(i, level)| document.push_tree(level.subject, format!("{name} lod {i}")))
+            .map(|(i, level)| self.push_tree(level.subject, format!("{name} lod {i}")))
             .collect::<Result<Vec<_>, _>>()?;
-        let Some((&finest, coarser)) = nodes.split_first() else { return Ok(document) };
+        let Some((&finest, coarser)) = nodes.split_first() else { return Ok(None) };
         let ids: Vec<usize> = coarser.iter().map(gltf::Index::value).collect();
         let coverage: Vec<f32> = levels.iter().map(|level| level.coverage).collect();
-        let node = &mut document.root.nodes[finest.value()];
+        let node = &mut self.root.nodes[finest.value()];
         let extensions = node.extensions.get_or_insert_default();
         extensions.others.insert(EXTENSION.to_owned(), serde_json::json!({ "ids": ids }));
         let extras = serde_json::json!({ "MSFT_screencoverage": coverage });
         node.extras = RawValue::from_string(extras.to_string()).ok();
-        note(&mut document.root, EXTENSION);
-        document.show(vec![finest]);
-        Ok(document)
+        note(&mut self.root, EXTENSION);
+        Ok(Some(finest))
     }
 }

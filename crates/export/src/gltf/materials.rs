@@ -1,6 +1,7 @@
 //! Materials, textures and pictures of a description.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use deeptree_mesh::{Image, Material};
 use gltf_json as json;
@@ -17,8 +18,8 @@ use crate::subject::cutoff;
 
 /// The materials of a description, each once, and the pictures that they need.
 #[derive(Default)]
-pub(super) struct Materials<'a> {
-    known: Vec<(&'a Material, Index<json::Material>)>,
+pub(super) struct Materials {
+    known: Vec<(Material, Index<json::Material>)>,
     /// In the order of the description's images.
     pub(super) pictures: Vec<Picture>,
 }
@@ -37,20 +38,19 @@ pub(super) enum Wrap {
     Clamp,
 }
 
-impl<'a> Materials<'a> {
+impl Materials {
     /// The material in the description, which it is added to when it is not there yet.
     pub(super) fn index(
         &mut self,
         root: &mut Root,
-        material: &'a Material,
+        material: &Material,
         wrap: Wrap,
     ) -> Result<Index<json::Material>, ImageError> {
-        let same = |known: &&(&Material, _)| std::ptr::eq(known.0, material) || known.0 == material;
-        if let Some(&(_, index)) = self.known.iter().find(same) {
+        if let Some(&(_, index)) = self.known.iter().find(|(known, _)| known == material) {
             return Ok(index);
         }
         let index = self.push(root, material, wrap)?;
-        self.known.push((material, index));
+        self.known.push((material.clone(), index));
         Ok(index)
     }
 
@@ -60,7 +60,7 @@ impl<'a> Materials<'a> {
         material: &Material,
         wrap: Wrap,
     ) -> Result<Index<json::Material>, ImageError> {
-        let mut texture = |image: &Option<Image>, of: Use| match image {
+        let mut texture = |image: &Option<Arc<Image>>, of: Use| match image {
             Some(image) => self.texture(root, material, image, of, wrap).map(Some),
             None => Ok(None),
         };

@@ -33,12 +33,14 @@ mod materials;
 mod parts;
 mod save;
 mod skin;
+mod stand;
 
 use std::io;
 
 pub use document::{Document, Options};
 pub use levels::{COVERAGE, COVERAGE_BEFORE_CARDS, Level};
 pub use parts::Attributes;
+pub use stand::Stand;
 
 use crate::atomic::WriteError;
 use crate::beside::NameError;
@@ -51,7 +53,7 @@ pub enum GltfError {
     /// The format counts its bytes with 32 bits.
     #[error(
         "the file would have {bytes} bytes and GLB ends at 4294967295; \
-         take a coarser level of detail, or PLY"
+         take a coarser level of detail, copies of leaves (instancing), or .gltf"
     )]
     TooLarge {
         /// How many bytes it would have had.

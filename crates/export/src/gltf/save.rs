@@ -18,6 +18,16 @@ impl Document<'_> {
     ///
     /// When the file would pass the 4 GiB that the format can count, or the output fails.
     pub fn write_glb(mut self, out: &mut impl Write) -> Result<(), GltfError> {
+        self.embed_pictures();
+        let text = self.text_with_buffer(None)?;
+        let mut out: Out<'_> = BufWriter::with_capacity(1 << 16, out);
+        write_head(text, self.bytes, &mut out)?;
+        self.write_blocks(&mut out)?;
+        Ok(out.flush()?)
+    }
+
+    /// Makes the pictures parts of the buffer.
+    pub(super) fn embed_pictures(&mut self) {
         for (i, picture) in std::mem::take(&mut self.materials.pictures).into_iter().enumerate() {
             let bytes = picture.png.len() as u64;
             let view = self.push_view(bytes, None, move |out| out.write_all(&picture.png));
@@ -25,14 +35,18 @@ impl Document<'_> {
             image.buffer_view = Some(view);
             image.mime_type = Some(gltf::image::MimeType("image/png".to_owned()));
         }
+    }
+
+    /// The description as text; the buffer is in the file of this name, or follows.
+    pub(super) fn text_with_buffer(&mut self, name: Option<&str>) -> Result<Vec<u8>, GltfError> {
         if self.bytes > 0 {
-            self.root.buffers = vec![json::buffer(self.bytes, None)];
+            self.root.buffers = vec![json::buffer(self.bytes, name.map(percent_encoded))];
         }
-        let text = gltf::serialize::to_vec(&self.root).map_err(io::Error::from)?;
-        let mut out: Out<'_> = BufWriter::with_capacity(1 << 16, out);
-        write_head(text, self.bytes, &mut out)?;
-        self.write_blocks(&mut out)?;
-        Ok(out.flush()?)
+        let text = match name {
+            None => gltf::serialize::to_vec(&self.root),
+            Some(_) => gltf::serialize::to_vec_pretty(&self.root),
+        };
+        Ok(text.map_err(io::Error::from)?)
     }
 
     /// Writes the tree as `.gltf`, with a `.bin` and a PNG for each picture beside it, named after
@@ -41,24 +55,34 @@ impl Document<'_> {
     /// # Errors
     ///
     /// When the name is no UTF-8, or a file cannot be written.
-    pub fn save(mut self, path: &Path) -> Result<(), GltfError> {
+    pub fn save(self, path: &Path) -> Result<(), GltfError> {
+        self.save_with(path, |_| Ok(()))
+    }
+
+    /// The same, with what `first` writes at the start of the buffer, whose bytes are counted
+    /// already.
+    pub(super) fn save_with(
+        mut self,
+        path: &Path,
+        first: impl FnOnce(&mut Out<'_>) -> io::Result<()>,
+    ) -> Result<(), GltfError> {
         let beside = Beside::new(path)?;
         for (image, picture) in self.root.images.iter_mut().zip(&self.materials.pictures) {
             let name = beside.picture(&picture.name);
             write_atomically(&beside.path(&name), |out| out.write_all(&picture.png))?;
             image.uri = Some(percent_encoded(&name));
         }
+        let name = beside.name(".bin");
         if self.bytes > 0 {
-            let name = beside.name(".bin");
             let fill = |out: &mut BufWriter<_>| {
                 let mut out: Out<'_> = BufWriter::with_capacity(1 << 16, out);
+                first(&mut out)?;
                 self.write_blocks(&mut out)?;
                 out.flush()
             };
             write_atomically(&beside.path(&name), fill)?;
-            self.root.buffers = vec![json::buffer(self.bytes, Some(percent_encoded(&name)))];
         }
-        let text = gltf::serialize::to_vec_pretty(&self.root).map_err(io::Error::from)?;
+        let text = self.text_with_buffer(Some(&name))?;
         Ok(write_atomically(path, |out| out.write_all(&text))?)
     }
 }

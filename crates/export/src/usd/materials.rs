@@ -23,7 +23,7 @@ fn uses(material: &Material) -> impl Iterator<Item = (Use, &Image)> {
         (Use::Normal, &material.normal_image),
         (Use::Roughness, &material.roughness_image),
     ];
-    all.into_iter().filter_map(|(of, image)| Some((of, image.as_ref()?)))
+    all.into_iter().filter_map(|(of, image)| Some((of, image.as_deref()?)))
 }
 
 fn picture_name(material: &Material, of: Use) -> String {

@@ -3,7 +3,7 @@
 use deeptree_graph::{NodeId, Vec3};
 
 use super::axis::Sample;
-use super::ring::{Ring, Row, texture};
+use super::ring::{Ring, Row, Wrap};
 use super::section::Section;
 use super::sweep::Sweep;
 use crate::circle::{carry, square};
@@ -27,8 +27,6 @@ pub(crate) struct Joint {
     pub(crate) rise: Vec3,
     /// Radius of the lateral.
     pub(crate) radius: f32,
-    /// Mean radius of the rim.
-    pub(crate) rim_radius: f32,
     /// The lateral's first node outside of its parent.
     pub(crate) outside: Option<NodeId>,
 }
@@ -77,8 +75,10 @@ impl Sweep<'_> {
     /// Writes the collar of a limb up to its ring at `end`.
     pub(crate) fn collar(&mut self, joint: &Joint, end: &Sample, section: &Section) -> Row {
         let x = carry(square(joint.foot, joint.rise), joint.rise, end.tangent);
-        let ring = Ring::new(end, section, x, end.s);
-        let (sides, size) = (joint.sides, self.options.texture_size);
+        let wrap = Wrap::new(end.radius, self.options);
+        let along = wrap.along(end.radius);
+        let ring = Ring::new(end, section, x, wrap, end.s * along);
+        let sides = joint.sides;
         let n = sides as usize;
         self.circle(sides);
         let circle = &self.circles()[n];
@@ -97,8 +97,7 @@ impl Sweep<'_> {
         let uv = |k: usize, t: f32| {
             let strand = &strands[k % n];
             let length = strand.from.0.distance(strand.to.0);
-            let radius = joint.rim_radius + (ring.radius - joint.rim_radius) * t;
-            texture(k as f32 * step + ring.turn, radius, ring.v - length * (1.0 - t), size)
+            wrap.texture(k as f32 * step + ring.turn, ring.v - along * length * (1.0 - t))
         };
 
         let fits = libm::sqrtf(0.25 * joint.radius / self.options.tolerance) as u32;

@@ -36,8 +36,9 @@ use sweep::Sweep;
 /// - Cross-sections of thick wood of low order are fluted and a little flat.
 /// - Vertices are doubled where the texture has its seam, on the side of each branch towards its
 ///   parent's foot, at the rim of each collar and at the foot: see [`Mesh::welded`].
-/// - u and v are distances around and along the branch in units of the texture's size: texels
-///   have one size everywhere. The edges of the seam do not continue each other's texture.
+/// - u goes around a limb a whole number of times, so that a texture that repeats has no seam; v
+///   goes along it as fast, so that the texture keeps its shape. At the start of thick limbs its
+///   side is about `texture_size`; it gets finer as the limb does, down to a quarter along it.
 ///
 /// # Panics
 ///

@@ -6,6 +6,40 @@ use super::axis::Sample;
 use super::section::{Outline, Section};
 use crate::circle::{carry, square};
 use crate::mesh::Mesh;
+use crate::options::WoodOptions;
+
+/// How the texture lies around a limb.
+///
+/// It has a whole number of repeats around, so that it goes on across the seam, and the same
+/// number all along: where the limb is thinner, the texture is finer, and v grows faster for it to
+/// keep its shape, up to [`FINEST`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wrap {
+    repeats: f32,
+    /// Most of v in a metre.
+    finest: f32,
+}
+
+/// Most repeats along a limb on one side of the texture: on thinner wood its shape is drawn out
+/// along the limb, as bark is on twigs, and does not get too fine to be seen.
+const FINEST: f32 = 4.0;
+
+impl Wrap {
+    /// Around a limb of this radius at its start.
+    pub(crate) fn new(radius: f32, options: &WoodOptions) -> Self {
+        Self { repeats: options.repeats(radius), finest: FINEST / options.texture_size }
+    }
+
+    /// How much v grows in a metre along wood of this radius.
+    pub(crate) fn along(self, radius: f32) -> f32 {
+        (self.repeats / (core::f32::consts::TAU * radius)).min(self.finest)
+    }
+
+    /// Texture coordinates at an angle from the middle line, opposite the seam at the start.
+    pub(crate) fn texture(self, angle: f32, v: f32) -> [f32; 2] {
+        [angle * self.repeats / core::f32::consts::TAU, v]
+    }
+}
 
 /// Where and how a ring stands.
 #[derive(Clone, Copy, Debug)]
@@ -24,14 +58,15 @@ pub(crate) struct Ring {
     /// How far normals lean towards the tip: loss of radius along the limb.
     pub(crate) lean: f32,
     pub(crate) outline: Outline,
-    /// Distance along the limb, which the texture follows, in metres.
+    pub(crate) wrap: Wrap,
+    /// How far along the limb the texture is, in repeats.
     pub(crate) v: f32,
     pub(crate) node: NodeId,
 }
 
 impl Ring {
     /// The ring at a point of the axis; `x` is carried there by who knows the ring before.
-    pub(crate) fn new(sample: &Sample, section: &Section, x: Vec3, v: f32) -> Self {
+    pub(crate) fn new(sample: &Sample, section: &Section, x: Vec3, wrap: Wrap, v: f32) -> Self {
         let x = square(x, sample.tangent);
         Self {
             s: sample.s,
@@ -43,6 +78,7 @@ impl Ring {
             turn: -core::f32::consts::PI,
             lean: -sample.slope,
             outline: section.at(sample),
+            wrap,
             v,
             node: sample.node,
         }
@@ -51,8 +87,9 @@ impl Ring {
     /// The next ring, turned against this one as little as possible.
     pub(crate) fn next(&self, sample: &Sample, section: &Section) -> Self {
         let x = carry(self.x, self.along, sample.tangent);
-        let v = self.v + sample.position.distance(self.center);
-        Self { turn: self.turn, ..Self::new(sample, section, x, v) }
+        let growth = 0.5 * (self.wrap.along(self.radius) + self.wrap.along(sample.radius));
+        let v = self.v + growth * sample.position.distance(self.center);
+        Self { turn: self.turn, ..Self::new(sample, section, x, self.wrap, v) }
     }
 
     /// Position and normal at an angle given with its cosine and sine.
@@ -63,8 +100,8 @@ impl Ring {
     }
 
     /// Texture coordinates at an angle.
-    pub(crate) fn texture(&self, angle: f32, size: f32) -> [f32; 2] {
-        texture(angle + self.turn, self.radius, self.v, size)
+    pub(crate) fn texture(&self, angle: f32) -> [f32; 2] {
+        self.wrap.texture(angle + self.turn, self.v)
     }
 
     /// Whether the cross-section is a circle.
@@ -107,12 +144,6 @@ impl Row {
             out.extend_from_slice(&self.angles);
         }
     }
-}
-
-/// Texture coordinates at an angle from the middle line, opposite the seam at the start, of a limb:
-/// distances in textures, so that a texel has one size all over the tree.
-pub(crate) fn texture(angle: f32, radius: f32, v: f32, size: f32) -> [f32; 2] {
-    [angle * radius / size, v / size]
 }
 
 impl Mesh {

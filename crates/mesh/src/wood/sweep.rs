@@ -7,7 +7,7 @@ use super::bark::{BARKED, GRAIN};
 use super::collar::Joint;
 use super::joint::{Band, Exit, LEAST_RISE, Lateral, Patch};
 use super::limbs::Limbs;
-use super::ring::{Ring, Row, texture};
+use super::ring::{Ring, Row, Wrap};
 use super::section::Section;
 use super::{joint, zip};
 use crate::circle::circle;
@@ -27,6 +27,11 @@ const SPACING: f32 = 0.5;
 
 /// Rings keep this distance from those that a band or an end needs, in radii.
 const CLOSE: f32 = 0.3;
+
+/// Wood that is thicker, in metres, has a ring before it is thinner by this factor: between two
+/// rings triangles bend the texture, which narrows with the limb.
+const EVEN: f32 = 0.04;
+const TAPERED: f32 = 1.3;
 
 /// At most this many rings an internode for its bend.
 const MAX_RINGS: f32 = 16.0;
@@ -227,7 +232,6 @@ impl<'a> Sweep<'a> {
     /// Writes the vertices of a ring; even angles are given by an empty list.
     pub(crate) fn row(&mut self, ring: Ring, sides: u32, angles: Vec<f32>) -> Row {
         let first = self.mesh.positions.len() as u32;
-        let size = self.options.texture_size;
         let outward =
             if ring.is_round() { 1.0 / libm::sqrtf(1.0 + ring.lean * ring.lean) } else { 0.0 };
         if angles.is_empty() {
@@ -239,7 +243,7 @@ impl<'a> Sweep<'a> {
                 let (position, normal) =
                     ring.point(if k as u32 == sides { 0.0 } else { angle }, turn);
                 let normal = if outward > 0.0 { normal * outward } else { normal.normalize() };
-                let uv = ring.texture(angle, size);
+                let uv = ring.texture(angle);
                 self.mesh.vertex(position, normal, uv, ring.node);
             }
         } else {
@@ -247,10 +251,10 @@ impl<'a> Sweep<'a> {
                 let (sin, cos) = libm::sincosf(angle);
                 let (position, normal) = ring.point(angle, [cos, sin]);
                 let normal = if outward > 0.0 { normal * outward } else { normal.normalize() };
-                let uv = ring.texture(angle, size);
+                let uv = ring.texture(angle);
                 self.mesh.vertex(position, normal, uv, ring.node);
             }
-            let uv = ring.texture(angles[sides as usize], size);
+            let uv = ring.texture(angles[sides as usize]);
             self.mesh.copy(first, uv);
         }
         self.mesh.seams.push([first + sides, first]);
@@ -323,6 +327,8 @@ impl<'a> Sweep<'a> {
             && thinner < 0.5 * self.options.tolerance
             && from.tangent.distance(to.tangent) < 2.0 * self.most_bend(sample.radius)
             && !self.is_barked(sample.radius)
+            && (sample.radius < EVEN
+                || from.radius.max(to.radius) < TAPERED * from.radius.min(to.radius))
     }
 
     /// The most that a limb may bend between two rings, in radians: thick wood shows its corners.
@@ -380,7 +386,8 @@ impl<'a> Sweep<'a> {
         let sample = self.axis.at(0.0);
         let size = self.options.texture_size;
         let x = sample.tangent.any_orthonormal_vector();
-        let ring = Ring::new(&sample, section, x, 0.0);
+        let wrap = Wrap::new(self.axis.stations[0].radius, self.options);
+        let ring = Ring::new(&sample, section, x, wrap, 0.0);
         let row = self.row(ring, self.options.sides(ring.radius), Vec::new());
         let start = self.mesh.positions.len() as u32;
         for k in 0..row.sides {
@@ -414,7 +421,7 @@ impl<'a> Sweep<'a> {
                 center: ring.center + ring.along * (half * ring.radius),
                 radius: half * ring.radius,
                 lean: 1.0,
-                v: ring.v + 0.8 * ring.radius,
+                v: ring.v + 0.8 * ring.radius * ring.wrap.along(ring.radius),
                 ..ring
             };
             let next = self.row(dome, row.sides, Vec::new());
@@ -422,12 +429,8 @@ impl<'a> Sweep<'a> {
             row = next;
         }
         let apex = self.mesh.positions.len() as u32;
-        let uv = texture(
-            core::f32::consts::PI,
-            0.0,
-            ring.v + 1.5 * ring.radius,
-            self.options.texture_size,
-        );
+        let v = ring.v + 1.5 * ring.radius * ring.wrap.along(ring.radius);
+        let uv = ring.wrap.texture(core::f32::consts::PI + ring.turn, v);
         self.mesh.vertex(ring.center + ring.along * height, ring.along, uv, ring.node);
         let fan = (row.first..row.first + row.sides).flat_map(|low| [low, low + 1, apex]);
         self.mesh.indices.extend(fan);
@@ -495,7 +498,6 @@ impl<'a> Sweep<'a> {
         let middle = exit.s - low.ring.s;
         let half = exit.half.min(0.85 * middle.min(length - middle));
         let half_angle = patch.half_angle.min(0.85 * patch.half);
-        let size = self.options.texture_size;
 
         let lateral = exit.radius.min(low.ring.radius);
         let sides = self.options.sides(lateral);
@@ -507,7 +509,7 @@ impl<'a> Sweep<'a> {
             let (a, b, share) = around(rows, s);
             let at = between(a, b, share, angle);
             let mix = |a: f32, b: f32| a + (b - a) * share;
-            let uv = texture(angle + a.turn, mix(a.radius, b.radius), mix(a.v, b.v), size);
+            let uv = a.wrap.texture(angle + a.turn, mix(a.v, b.v));
             self.mesh.vertex(at.0, at.1, uv, b.node);
         }
 
@@ -524,7 +526,7 @@ impl<'a> Sweep<'a> {
             let mut vertex = row.first + within as u32;
             if turned {
                 // Beyond the seam: the texture goes on, so the vertex stands there once more.
-                let uv = row.ring.texture(angle, size);
+                let uv = row.ring.texture(angle);
                 let copy = self.mesh.copy(vertex, uv);
                 self.mesh.seams.push([copy, vertex]);
                 vertex = copy;
@@ -557,7 +559,6 @@ impl<'a> Sweep<'a> {
             rise: rise(to.try_normalize().unwrap_or(normal), normal, up),
             normal,
             radius: lateral,
-            rim_radius: 0.5 * (half + half_angle * low.ring.radius),
             outside: exit.outside,
         });
     }

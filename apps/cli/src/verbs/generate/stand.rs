@@ -24,7 +24,7 @@ pub(super) fn run(args: &Args, verb: &args::Generate, model: &Model, plan: &Path
         return Err(unknown_species(&row.species, known).into());
     }
     let count = rows.len() as u64;
-    let mut target = Target::new(&verb.out.output, verb.out.format, count, &verb.out.mesh)?;
+    let mut target = Target::for_stand(&verb.out.output, verb.out.format, count, &verb.out.mesh)?;
     target.model = Some(model.hash());
     if target.format == Format::Dtree {
         bail!(UsageError(
@@ -65,10 +65,12 @@ pub(super) fn run(args: &Args, verb: &args::Generate, model: &Model, plan: &Path
     let made = trees.map(|(k, ((grown, row), site))| Made {
         seed: row.seed,
         number: k as u32,
-        tree: grown.tree.moved(row.at),
+        tree: grown.tree,
+        at: row.at,
         germ: None,
         hit_budget: grown.hit_budget,
         avoided: site.as_ref().map(|_| grown.avoided),
     });
-    making::write(args, &verb.out, &target, made.collect(), took)
+    let made: Vec<Made> = made.collect();
+    batch::on_threads(verb.which.threads, || making::write(args, &verb.out, &target, &made, took))
 }

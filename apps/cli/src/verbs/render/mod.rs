@@ -4,6 +4,7 @@ mod impostor;
 mod lettering;
 pub(crate) mod preview;
 mod sheet;
+mod stand;
 mod trees;
 
 use std::path::{Path, PathBuf};
@@ -21,7 +22,7 @@ use deeptree_render::{
 use serde_json::json;
 
 use crate::args::{self, Aov, Args, Curve, Surroundings, UsageError};
-use crate::dressing::dressed;
+use crate::dressing::{all_dressed, standing};
 use crate::{batch, input, report};
 
 /// Pixels between two views.
@@ -39,10 +40,13 @@ pub(crate) fn run(args: &Args, verb: &args::Render) -> Result<()> {
         (None, Some(input)) => {
             // What is asked for wrongly is told before anything is read.
             let ask = Ask::new(verb)?;
+            if verb.all {
+                return views(args, verb, &stand::read(verb, input, &ask)?, &ask, kind);
+            }
             let tree = read(verb, input)?;
             match verb.impostor {
                 Some(cards) => impostor::run(args, verb, &tree, cards, kind),
-                None => views(args, verb, &tree, &ask, kind),
+                None => views(args, verb, &[(tree, Vec3::ZERO)], &ask, kind),
             }
         }
         (None, None) => bail!(UsageError("name a tree, or a sheet with --sheet".to_owned())),
@@ -123,17 +127,18 @@ fn read(verb: &args::Render, input: &Path) -> Result<BranchGraph> {
     tree.with_context(|| format!("{} holds no tree", input.display()))
 }
 
-/// Pictures of a tree from the views, side by side.
+/// Pictures of trees, each at its place, from the views, side by side.
 fn views(
     args: &Args,
     verb: &args::Render,
-    tree: &BranchGraph,
+    trees: &[(BranchGraph, Vec3)],
     ask: &Ask,
     kind: FileKind,
 ) -> Result<()> {
     let start = Instant::now();
-    let dressed = dressed(tree, &ask.look)?;
-    let scene = Scene::new(&dressed, ask.light.clone(), Ground::Meadow)?;
+    let trees: Vec<(&BranchGraph, Vec3)> = trees.iter().map(|(tree, at)| (tree, *at)).collect();
+    let trees = all_dressed(&trees, &ask.look)?;
+    let scene = Scene::of(&standing(&trees), ask.light.clone(), Ground::Meadow)?;
     let built = start.elapsed();
     let (options, size) = (&ask.options, ask.options.size);
     let bar = report::bar(args, tile_count(size) * ask.views.len() as u64, "render");
@@ -156,9 +161,11 @@ fn views(
 
     let per_pixel =
         picture.samples as f64 / (f64::from(size[0]) * f64::from(size[1]) * f64::from(count));
-    let leaves: usize = dressed.foliage.iter().map(|foliage| foliage.leaves.len()).sum();
-    let triangles = dressed.wood.triangle_count();
+    let foliage = trees.iter().flat_map(|(tree, _)| &tree.foliage);
+    let leaves: usize = foliage.map(|foliage| foliage.leaves.len()).sum();
+    let triangles: usize = trees.iter().map(|(tree, _)| tree.wood.triangle_count()).sum();
     let figures = json!({
+        "trees": trees.len(),
         "triangles_of_wood": triangles,
         "copies_of_leaves": leaves,
         "paths": picture.samples,
@@ -167,8 +174,9 @@ fn views(
         "seconds_to_trace": traced.as_secs_f64(),
         "mean_radiance": picture.mean(),
     });
+    let several = if verb.all { format!("{} trees, ", trees.len()) } else { String::new() };
     let text = format!(
-        "{triangles} triangles of wood, {leaves} shoots: {per_pixel:.0} paths a pixel in {:.1} s → {}",
+        "{several}{triangles} triangles of wood, {leaves} shoots: {per_pixel:.0} paths a pixel in {:.1} s → {}",
         traced.as_secs_f64(),
         verb.output.display()
     );
@@ -178,7 +186,7 @@ fn views(
 
 /// Writes the picture, and what is known of its pixels in it or beside it.
 fn write(verb: &args::Render, kind: FileKind, picture: &Picture, marks: &[Mark]) -> Result<()> {
-    let channels = channels(&verb.aov);
+    let channels = channels(verb);
     match kind {
         FileKind::Exr => {
             let marks: Vec<_> = channels.iter().map(|&channel| (channel, marks)).collect();
@@ -211,8 +219,8 @@ fn developing(verb: &args::Render) -> Developing {
 }
 
 /// The channels of what is asked for.
-fn channels(asked: &[Aov]) -> Vec<Channel> {
-    let mut channels = Vec::new();
+fn channels(verb: &args::Render) -> Vec<Channel> {
+    let (asked, mut channels) = (&verb.aov, Vec::new());
     for (aov, of) in [
         (Aov::Depth, &[Channel::Depth][..]),
         (Aov::Normal, &[Channel::Normal]),
@@ -221,6 +229,9 @@ fn channels(asked: &[Aov]) -> Vec<Channel> {
         if asked.contains(&aov) {
             channels.extend(of);
         }
+    }
+    if verb.all && asked.contains(&Aov::Labels) {
+        channels.push(Channel::Tree);
     }
     channels
 }
