@@ -104,6 +104,10 @@ pub(crate) struct MeshArgs {
     /// Fissures in the bark of thick wood, as deep as this in metres [without a number: 0.02].
     #[arg(long, value_name = "M", num_args = 0..=1, require_equals = true, default_missing_value = "0.02", conflicts_with = "tubes", value_parser = finite)]
     pub(crate) bark: Option<f32>,
+    /// Texels of bark of one size all over the tree, with a seam along each limb, in place of a texture
+    /// that goes around each without one and is finer where the limb is thinner.
+    #[arg(long, conflicts_with = "tubes")]
+    pub(crate) even_texels: bool,
     /// All levels of detail, 0 to 3: in one .glb or .gltf by MSFT_lod; with =files, and in other
     /// formats, in files of their own, tree_lod0.obj and so on.
     #[arg(long, value_name = "one|files", num_args = 0..=1, require_equals = true, default_missing_value = "one", conflicts_with_all = ["lod", "max_triangles", "animate_growth"], value_enum)]

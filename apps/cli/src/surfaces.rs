@@ -244,7 +244,11 @@ pub(crate) fn is_stream(path: &Path) -> bool {
 
 /// The options of wood that are asked for.
 fn wood_options(args: &MeshArgs, lod: u8) -> Result<WoodOptions, UsageError> {
-    let mut options = WoodOptions { bark: args.bark.unwrap_or(0.0), ..WoodOptions::lod(lod) };
+    let mut options = WoodOptions {
+        bark: args.bark.unwrap_or(0.0),
+        even_texels: args.even_texels,
+        ..WoodOptions::lod(lod)
+    };
     if args.as_scanned {
         let WoodOptions { foot_flare, fluting, .. } = deeptree_reconstruct::wood_options();
         (options.foot_flare, options.fluting) = (foot_flare, fluting);

@@ -38,6 +38,9 @@ pub struct WoodOptions {
     /// Side of the bark texture in metres: u has as many whole repeats as fit around the branch's
     /// start, so that a texture that repeats shows no seam. Default 1.
     pub texture_size: f32,
+    /// Texels of one size all over the tree, in metres, in place of whole repeats: the texture then has
+    /// a seam along each limb. Default false.
+    pub even_texels: bool,
 }
 
 impl Default for WoodOptions {
@@ -54,6 +57,7 @@ impl Default for WoodOptions {
             bark: 0.0,
             foot_flare: 1.4,
             texture_size: 1.0,
+            even_texels: false,
         }
     }
 }

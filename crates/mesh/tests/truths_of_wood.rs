@@ -141,6 +141,22 @@ fn textures(mesh: &Mesh) -> Vec<(f64, f64, f64, Vec3)> {
 }
 
 #[test]
+fn even_texels_have_one_size() {
+    let mut tree = BranchGraph::new(info(), Vec3::ZERO, upright(0.3, 2.0));
+    tree.grow(0, [Some(edge(0.0, 0.1, 4.0)), Some(edge(0.8, 0.05, 2.0)), None]);
+    let mesh = wood(&tree, &WoodOptions { texture_size: 0.5, even_texels: true, ..round() });
+    let (mut total, mut off) = (0.0, 0.0);
+    for (area, size, ..) in textures(&mesh) {
+        total += area;
+        // A texture of half a metre: four of its squares a square metre.
+        if (size / 4.0 - 1.0).abs() > 0.1 {
+            off += area;
+        }
+    }
+    assert!(off < 0.1 * total, "{off} of {total}");
+}
+
+#[test]
 fn a_texture_keeps_its_shape_and_gets_finer_with_the_limb() {
     let mut tree = BranchGraph::new(info(), Vec3::ZERO, upright(0.3, 2.0));
     let mut tip = 0;

@@ -27,6 +27,8 @@ pub(crate) struct Joint {
     pub(crate) rise: Vec3,
     /// Radius of the lateral.
     pub(crate) radius: f32,
+    /// Mean radius of the rim.
+    pub(crate) rim_radius: f32,
     /// The lateral's first node outside of its parent.
     pub(crate) outside: Option<NodeId>,
 }
@@ -97,7 +99,8 @@ impl Sweep<'_> {
         let uv = |k: usize, t: f32| {
             let strand = &strands[k % n];
             let length = strand.from.0.distance(strand.to.0);
-            wrap.texture(k as f32 * step + ring.turn, ring.v - along * length * (1.0 - t))
+            let radius = joint.rim_radius + (ring.radius - joint.rim_radius) * t;
+            wrap.texture(k as f32 * step + ring.turn, radius, ring.v - along * length * (1.0 - t))
         };
 
         let fits = libm::sqrtf(0.25 * joint.radius / self.options.tolerance) as u32;

@@ -38,7 +38,8 @@ use sweep::Sweep;
 ///   parent's foot, at the rim of each collar and at the foot: see [`Mesh::welded`].
 /// - u goes around a limb a whole number of times, so that a texture that repeats has no seam; v
 ///   goes along it as fast, so that the texture keeps its shape. At the start of thick limbs its
-///   side is about `texture_size`; it gets finer as the limb does, down to a quarter along it.
+///   side is about `texture_size`; it gets finer as the limb does, down to a quarter along it. With
+///   `even_texels` u and v are distances in textures instead, and the seam can be seen.
 ///
 /// # Panics
 ///

@@ -12,12 +12,19 @@ use crate::options::WoodOptions;
 ///
 /// It has a whole number of repeats around, so that it goes on across the seam, and the same
 /// number all along: where the limb is thinner, the texture is finer, and v grows faster for it to
-/// keep its shape, up to [`FINEST`].
+/// keep its shape, up to [`FINEST`]. With even texels both u and v are distances in textures, and the
+/// edges of the seam do not continue each other.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wrap {
-    repeats: f32,
-    /// Most of v in a metre.
-    finest: f32,
+pub(crate) enum Wrap {
+    Seamless {
+        repeats: f32,
+        /// Most of v in a metre.
+        finest: f32,
+    },
+    Even {
+        /// Side of the texture in metres.
+        size: f32,
+    },
 }
 
 /// Most repeats along a limb on one side of the texture: on thinner wood its shape is drawn out
@@ -27,17 +34,30 @@ const FINEST: f32 = 4.0;
 impl Wrap {
     /// Around a limb of this radius at its start.
     pub(crate) fn new(radius: f32, options: &WoodOptions) -> Self {
-        Self { repeats: options.repeats(radius), finest: FINEST / options.texture_size }
+        let size = options.texture_size;
+        if options.even_texels {
+            return Self::Even { size };
+        }
+        Self::Seamless { repeats: options.repeats(radius), finest: FINEST / size }
     }
 
     /// How much v grows in a metre along wood of this radius.
     pub(crate) fn along(self, radius: f32) -> f32 {
-        (self.repeats / (core::f32::consts::TAU * radius)).min(self.finest)
+        match self {
+            Self::Seamless { repeats, finest } => {
+                (repeats / (core::f32::consts::TAU * radius)).min(finest)
+            }
+            Self::Even { size } => 1.0 / size,
+        }
     }
 
-    /// Texture coordinates at an angle from the middle line, opposite the seam at the start.
-    pub(crate) fn texture(self, angle: f32, v: f32) -> [f32; 2] {
-        [angle * self.repeats / core::f32::consts::TAU, v]
+    /// Texture coordinates at an angle from the middle line, opposite the seam at the start, of wood of
+    /// this radius.
+    pub(crate) fn texture(self, angle: f32, radius: f32, v: f32) -> [f32; 2] {
+        match self {
+            Self::Seamless { repeats, .. } => [angle * repeats / core::f32::consts::TAU, v],
+            Self::Even { size } => [angle * radius / size, v],
+        }
     }
 }
 
@@ -101,7 +121,7 @@ impl Ring {
 
     /// Texture coordinates at an angle.
     pub(crate) fn texture(&self, angle: f32) -> [f32; 2] {
-        self.wrap.texture(angle + self.turn, self.v)
+        self.wrap.texture(angle + self.turn, self.radius, self.v)
     }
 
     /// Whether the cross-section is a circle.

@@ -430,7 +430,7 @@ impl<'a> Sweep<'a> {
         }
         let apex = self.mesh.positions.len() as u32;
         let v = ring.v + 1.5 * ring.radius * ring.wrap.along(ring.radius);
-        let uv = ring.wrap.texture(core::f32::consts::PI + ring.turn, v);
+        let uv = ring.wrap.texture(core::f32::consts::PI + ring.turn, 0.0, v);
         self.mesh.vertex(ring.center + ring.along * height, ring.along, uv, ring.node);
         let fan = (row.first..row.first + row.sides).flat_map(|low| [low, low + 1, apex]);
         self.mesh.indices.extend(fan);
@@ -509,7 +509,7 @@ impl<'a> Sweep<'a> {
             let (a, b, share) = around(rows, s);
             let at = between(a, b, share, angle);
             let mix = |a: f32, b: f32| a + (b - a) * share;
-            let uv = a.wrap.texture(angle + a.turn, mix(a.v, b.v));
+            let uv = a.wrap.texture(angle + a.turn, mix(a.radius, b.radius), mix(a.v, b.v));
             self.mesh.vertex(at.0, at.1, uv, b.node);
         }
 
@@ -559,6 +559,7 @@ impl<'a> Sweep<'a> {
             rise: rise(to.try_normalize().unwrap_or(normal), normal, up),
             normal,
             radius: lateral,
+            rim_radius: 0.5 * (half + half_angle * low.ring.radius),
             outside: exit.outside,
         });
     }
