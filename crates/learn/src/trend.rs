@@ -257,12 +257,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_quadratic_is_found_exactly() {
+    fn what_is_quadratic_is_found() {
         let trees = trees(600, 0.0);
         for row in Survey::new(&trees).trend().chunks_exact(TREND_COLUMNS) {
             let expected = state(row[0].into(), row[1].into());
             for (x, y) in row[2..].iter().zip(expected) {
-                assert!((f64::from(*x) - y).abs() < 0.02, "{row:?} {expected:?}");
+                // The ridge takes a little of the slopes, most where trees are on one side only.
+                assert!((f64::from(*x) - y).abs() < 0.05, "{row:?} {expected:?}");
             }
         }
     }
