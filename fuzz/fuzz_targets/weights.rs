@@ -9,5 +9,8 @@ fuzz_target!(|bytes: &[u8]| {
         && let Ok(model) = Model::from_weights(&weights)
     {
         assert!((0..model.species().len()).all(|species| !model.roots(species).is_empty()));
+        for trend in (0..model.species().len()).filter_map(|species| model.trend(species)) {
+            assert!(trend.at(25.0, 0.1).into_iter().all(f64::is_finite));
+        }
     }
 });

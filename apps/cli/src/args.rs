@@ -71,13 +71,13 @@ pub(crate) enum Verb {
 #[derive(clap::Args)]
 pub(crate) struct Out {
     /// Where to: a file (.glb .gltf .obj .ply .usda .usdz .tree .csv .parquet .dtree), a folder when there are
-    /// several trees, or - for standard output.
+    /// several trees (a stand may be one .glb or .gltf), or - for standard output.
     #[arg(long, short, value_name = "FILE|DIR|-")]
     pub(crate) output: PathBuf,
     /// The format, where the name of the output does not say it [default: glb].
     #[arg(long, value_name = "FORMAT")]
     pub(crate) format: Option<Format>,
-    /// A quick picture, too, of the first tree: .png.
+    /// A quick picture, too, of the first tree, or of a stand as a whole: .png.
     #[arg(long, value_name = "PNG")]
     pub(crate) preview: Option<PathBuf>,
     #[command(flatten)]

@@ -131,6 +131,10 @@ fn options_that_say_nothing_to_a_network_trained_by_itself_are_refused() {
     for (option, value) in of_nodes {
         refused("points", option, value);
         refused("competition", option, value);
+        refused("trend", option, value);
+    }
+    for (option, value) in [("--epochs", "2"), ("--samples", "9"), ("--device", "wgpu")] {
+        refused("trend", option, value);
     }
     for (option, value) in
         [("--epochs", "2"), ("--samples", "9"), ("--trees", "9"), ("--device", "wgpu")]
@@ -154,6 +158,32 @@ fn networks_that_hear_points_train_from_the_command_line() {
     // Its file beside it tells of it, and of no other.
     std::fs::copy(desk.path("hears.toml"), desk.path("deaf.toml")).unwrap();
     desk.fails(&with(&[]), 1, "tells of another model");
+}
+
+#[test]
+fn a_trend_is_fitted_from_the_command_line() {
+    let desk = corpus();
+    train(&desk, "situated", "plain.safetensors");
+    let words = |data: &[&'static str], to: &'static str| {
+        let model = ["--only", "trend", "--model", "plain.safetensors", "-o", to];
+        [&["train"], data, &model].concat()
+    };
+    for to in ["a.safetensors", "b.safetensors"] {
+        desk.ok(&words(&["corpus"], to));
+    }
+    assert_eq!(desk.read("a.safetensors"), desk.read("b.safetensors"));
+    let told = desk.ok(&["info", "a.safetensors"]);
+    assert!(told.contains("trends over age and gravitropism: 1"), "{told}");
+    desk.ok(&["generate", "walnut", "--model", "a.safetensors", "-o", "walnut.csv"]);
+
+    desk.fails(&words(&["corpus", "corpus"], "c.safetensors"), 1, "name it once");
+    desk.ok(&["dataset", "--species", "oak", "--trees", "2", "-o", "oaks"]);
+    desk.fails(&words(&["oaks"], "c.safetensors"), 1, "does not know the species oak");
+    desk.ok(&["dataset", "--species", "walnut", "--scenes", "2", "-o", "scenes"]);
+    desk.fails(&words(&["scenes"], "c.safetensors"), 1, "among obstacles");
+    let both = ["train", "corpus", "--only", "trend,existence", "--model", "plain.safetensors"];
+    desk.fails(&[&both[..], &["-o", "c.safetensors"]].concat(), 2, "trained by itself");
+    assert!(!desk.path("c.safetensors").exists());
 }
 
 #[test]

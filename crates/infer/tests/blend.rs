@@ -11,8 +11,8 @@ use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::testing::random_tree;
 use deeptree_graph::{Lineage, MAX_CHILDREN, Plan, Seed, Sense, Share, TreeTraits};
 use deeptree_infer::{
-    Active, Branchlet, Model, ModelKind, Predictor, ROOT_COLUMNS, Scratch, SimdPath, Table,
-    Weights, WeightsBuilder, Workspace,
+    Active, Branchlet, Model, ModelKind, Predictor, ROOT_COLUMNS, Scratch, SimdPath, TREND_COLUMNS,
+    Table, Weights, WeightsBuilder, Workspace,
 };
 
 const SPECIES: [&str; 3] = ["beech", "oak", "willow"];
@@ -59,6 +59,9 @@ fn weights_of(straight_beeches: bool) -> Weights {
     builder.table("tip_radius", Table::new(vec![species], vec![0.01, 0.01, 0.02]).unwrap());
     for (number, name) in SPECIES.into_iter().enumerate() {
         builder.table(format!("roots.{name}"), roots(number as f32));
+        let trend = [30.0, 0.1].into_iter().chain([number as f32 + 1.0; TREND_COLUMNS - 2]);
+        let trend = Table::new(vec![1, TREND_COLUMNS], trend.collect()).unwrap();
+        builder.table(format!("trend.{name}"), trend);
     }
     Weights::from_bytes(&builder.to_bytes().unwrap()).unwrap()
 }
@@ -127,6 +130,7 @@ fn a_blend_of_one_species_is_that_species_bit_for_bit() {
         let alone = Model::from_weights(&blended).unwrap();
         assert_eq!(alone.species(), [format!("{name}:1")]);
         assert_eq!(alone.roots(0), whole.roots(number));
+        assert!(alone.trend(0).is_some() && alone.trend(0) == whole.trend(number));
         assert_eq!(alone.hash(), whole.hash());
         let expected = branchlets(&whole, number);
         assert!(branchlets(&alone, 0) == expected, "{name}");
@@ -185,6 +189,7 @@ fn tables_and_roots_of_a_blend_have_the_weighted_mean() {
     }
     let model = Model::from_weights(&blended).unwrap();
     assert!((model.tip_radius(0) - 0.0175).abs() < 1e-7);
+    assert_eq!(model.trend(0), None, "of several the roots alone say how a blend changes");
     let roots = model.roots(0);
     // Of thirty willows thrice as many as of thirty beeches.
     assert_eq!(roots.len(), 40);

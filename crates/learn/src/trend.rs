@@ -39,7 +39,7 @@ const GRAVITROPISM: f64 = 0.2;
 /// As how many trees those of one age and gravitropism count, next to others.
 const MOST_OF_A_PLACE: f64 = 20.0;
 
-/// Trees that a bandwidth is judged by.
+/// At most so many trees judge a bandwidth.
 const JUDGED: usize = 200;
 
 /// Keeps slopes at 0 that nothing is known of, as part of the squared bandwidth.
@@ -63,13 +63,18 @@ pub struct Surveyed {
 ///
 /// # Errors
 ///
-/// When a species of the model has no trees, or the report is of another model.
+/// When a species of the model has no trees, a tree is of none of its species, or the report is of
+/// another model.
 pub fn train_trend(
     trees: &[Surveyed],
     data_hash: String,
     (model, report): (&Weights, &Report),
 ) -> Result<(Vec<u8>, Report), TrainError> {
     report.check(model, report.options.kind)?;
+    if let Some(tree) = trees.iter().position(|tree| tree.species >= model.species().len()) {
+        let species = format!("number {}", trees[tree].species);
+        return Err(TrainError::UnknownSpecies { part: "training", tree, species });
+    }
     let mut builder = WeightsBuilder::from_weights(model);
     for (number, name) in model.species().iter().enumerate() {
         let own: Vec<Surveyed> = trees.iter().copied().filter(|t| t.species == number).collect();
@@ -96,12 +101,12 @@ struct Survey<'a> {
 
 impl<'a> Survey<'a> {
     fn new(trees: &'a [Surveyed]) -> Self {
-        let place = |i: usize| (trees[i].age.to_bits(), trees[i].gravitropism.to_bits());
+        let key = |i: usize| (trees[i].age.to_bits(), trees[i].gravitropism.to_bits());
         let mut order: Vec<usize> = (0..trees.len()).collect();
-        order.sort_by_key(|&i| (place(i), i));
+        order.sort_by_key(|&i| (key(i), i));
         let mut shares = vec![1.0; trees.len()];
         let mut own = (1, None);
-        for alike in order.chunk_by(|&a, &b| place(a) == place(b)) {
+        for alike in order.chunk_by(|&a, &b| key(a) == key(b)) {
             let count = alike.len() as f64;
             alike.iter().for_each(|&i| shares[i] = count.min(MOST_OF_A_PLACE) / count);
             if alike.len() > own.0 {
@@ -145,10 +150,13 @@ impl<'a> Survey<'a> {
 
     /// The bandwidth by which trees that are left out are foretold best.
     fn bandwidth(&self) -> (f64, f64) {
+        if self.trees.len() < 2 {
+            return BANDWIDTHS[0];
+        }
         let scattered: Vec<usize> =
             (0..self.trees.len()).filter(|&i| Some(place(&self.trees[i])) != self.own).collect();
         let judged = scattered.iter().step_by(scattered.len().div_ceil(JUDGED).max(1));
-        let error = |&bandwidth: &(f64, f64)| -> f64 {
+        let error = |bandwidth: (f64, f64)| -> f64 {
             let errors = judged.clone().map(|&i| {
                 let mean = self.mean(place(&self.trees[i]), bandwidth, Some(i));
                 // Logarithms and lengths in metres: relative errors are alike.
@@ -157,8 +165,9 @@ impl<'a> Survey<'a> {
             });
             errors.sum()
         };
-        let best = BANDWIDTHS.iter().min_by(|a, b| error(a).total_cmp(&error(b)));
-        best.copied().unwrap_or(BANDWIDTHS[0])
+        let errors = BANDWIDTHS.map(|bandwidth| (error(bandwidth), bandwidth));
+        let best = errors.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        best.map_or(BANDWIDTHS[0], |(_, bandwidth)| bandwidth)
     }
 
     /// The mean state at a place, of all trees but `without`.
@@ -304,5 +313,23 @@ mod tests {
         let mut expected = vec![7.0, 0.1];
         expected.extend([3.0; STATES]);
         assert_eq!(Survey::new(&all).trend(), expected);
+        assert_eq!(Survey::new(&all[..1]).trend(), expected);
+    }
+
+    #[test]
+    fn where_nothing_but_noise_differs_more_trees_are_asked() {
+        let mut flat = trees(3000, 0.0);
+        for (i, tree) in flat.iter_mut().enumerate() {
+            // Signs that go with neither the age nor the gravitropism.
+            let sign = if (i * i / 7) % 2 == 0 { 1.0 } else { -1.0 };
+            tree.state = [5.0 + sign; STATES];
+        }
+        let mut steps = trees(3000, 0.0);
+        for tree in &mut steps {
+            tree.state = [5.0 + 2.0 * (tree.age % 2.0) as f64; STATES];
+        }
+        let [flat, steps] = [flat, steps].map(|all| Survey::new(&all).bandwidth());
+        assert!(flat.0 > 100.0, "{flat:?}");
+        assert!(steps.1 < 5.0 && steps.0 < flat.0, "{steps:?} {flat:?}");
     }
 }

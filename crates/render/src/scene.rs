@@ -93,7 +93,7 @@ impl<'a> Scene<'a> {
         Ok(Self { grove, trees, light, ground })
     }
 
-    /// No part of a tree is farther from a point.
+    /// Distance to the farthest corner of the box around all trees.
     pub(crate) fn farthest(&self, from: Vec3) -> f32 {
         let (low, high) = self.grove.bounds();
         (from - low).abs().max((from - high).abs()).length()

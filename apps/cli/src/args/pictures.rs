@@ -128,6 +128,6 @@ pub(crate) enum Aov {
     Depth,
     /// Normal of the surface.
     Normal,
-    /// Kind (ground, wood, leaf), branch, order and node.
+    /// Kind (ground, wood, leaf), branch, order and node; with --all the tree, too.
     Labels,
 }

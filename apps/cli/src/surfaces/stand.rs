@@ -49,7 +49,7 @@ pub(crate) fn write(trees: &[Made], args: &MeshArgs, out: &mut impl Write) -> Re
     Ok(stand.write_glb(out)?)
 }
 
-/// Adds the trees; there are never more surfaces in memory than there are threads.
+/// Adds the trees; the surfaces of no more trees than there are threads are in memory at once.
 fn fill<S: Read + Write + Seek>(
     stand: &mut Stand<S>,
     trees: &[Made],

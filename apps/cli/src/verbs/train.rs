@@ -60,6 +60,11 @@ pub(super) mod training {
             [network] if network == "points" => return points::run(args, verb),
             _ => {}
         }
+        let alone = |name: &&String| ["competition", "points", "trend"].contains(&name.as_str());
+        if let Some(name) = verb.only.iter().find(alone) {
+            let text = format!("--only {name} is trained by itself; name nothing else with it");
+            bail!(UsageError(text));
+        }
         let options = options(verb)?;
         let set = only_species(read(args, verb)?, &verb.species)?;
         let bars = Bars::new(args);
@@ -111,6 +116,9 @@ pub(super) mod training {
         let mut text = String::new();
         for (name, network) in &report.networks {
             let _ = writeln!(text, "{name:>10}: {}", values(&network.total));
+        }
+        if let Some(trend) = &report.trend {
+            let _ = writeln!(text, "{:>10}: fitted to {} trees", "trend", trend.trees);
         }
         let (bytes, minutes) = (report.bytes, report.seconds / 60.0);
         let files = format!("{} and {}", model.display(), toml.display());
@@ -188,7 +196,7 @@ pub(super) mod training {
         }
     }
 
-    /// What neither `points` nor `competition` has a use for: it is of the networks of nodes.
+    /// What neither `points` nor `competition` nor `trend` has a use for: it is of the networks of nodes.
     pub(super) fn of_nodes(verb: &args::Train) -> [(&'static str, bool); 5] {
         [
             ("kind", verb.kind != "situated"),

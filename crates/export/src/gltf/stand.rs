@@ -106,7 +106,9 @@ impl<S: Read + Write + Seek> Stand<S> {
         document.embed_pictures();
         let text = document.text_with_buffer(None)?;
         container::write_head(text, document.bytes, out)?;
-        io::copy(&mut (&mut spool).take(numbers), out)?;
+        if io::copy(&mut (&mut spool).take(numbers), out)? != numbers {
+            return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into());
+        }
         let mut out: Out<'_> = BufWriter::with_capacity(1 << 16, out);
         document.write_blocks(&mut out)?;
         Ok(out.flush()?)

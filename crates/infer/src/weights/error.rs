@@ -49,7 +49,8 @@ pub enum ReadWeightsError {
     #[error("tensor `{tensor}`: row {row} has traits that no tree has")]
     BadTraits { tensor: String, row: usize },
     #[error(
-        "tensor `{tensor}`: row {row} is none of a grid of ages and gravitropisms, or no mean of trees"
+        "tensor `{tensor}`: row {row} does not fit a grid of consecutive ages and rising \
+         gravitropisms, or has numbers that no mean of trees has; fit it again (train --only trend)"
     )]
     NotATrend { tensor: String, row: usize },
     #[error("the model has no root of a `{species}` to start a tree from; train it again")]

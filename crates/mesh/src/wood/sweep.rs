@@ -28,9 +28,11 @@ const SPACING: f32 = 0.5;
 /// Rings keep this distance from those that a band or an end needs, in radii.
 const CLOSE: f32 = 0.3;
 
-/// Wood that is thicker, in metres, has a ring before it is thinner by this factor: between two
-/// rings triangles bend the texture, which narrows with the limb.
-const EVEN: f32 = 0.04;
+/// Radius in metres from which wood counts as thick.
+const THICK: f32 = 0.04;
+
+/// Thick wood has a ring before its radius falls by this factor: between two rings triangles bend the
+/// texture, which narrows with the limb.
 const TAPERED: f32 = 1.3;
 
 /// At most this many rings an internode for its bend.
@@ -327,7 +329,7 @@ impl<'a> Sweep<'a> {
             && thinner < 0.5 * self.options.tolerance
             && from.tangent.distance(to.tangent) < 2.0 * self.most_bend(sample.radius)
             && !self.is_barked(sample.radius)
-            && (sample.radius < EVEN
+            && (sample.radius < THICK
                 || from.radius.max(to.radius) < TAPERED * from.radius.min(to.radius))
     }
 

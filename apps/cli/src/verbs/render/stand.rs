@@ -66,7 +66,7 @@ fn files(input: &Path) -> Result<Vec<PathBuf>> {
 /// The numbers of two trees at the same place.
 fn coinciding(trees: &[(BranchGraph, Vec3)]) -> Option<(usize, usize)> {
     trees.iter().enumerate().find_map(|(b, (_, at))| {
-        let same = |(_, other): &(BranchGraph, Vec3)| other.distance(*at) < NEAREST;
+        let same = |(_, other): &(BranchGraph, Vec3)| other.distance(*at) < 0.5 * NEAREST;
         trees[..b].iter().position(same).map(|a| (a, b))
     })
 }

@@ -43,7 +43,7 @@ pub(super) fn run(args: &Args, verb: &args::Train) -> Result<()> {
 }
 
 /// The numbers of a corpus' species in the model.
-fn numbers(species: &[String], model: &Model) -> Result<Vec<usize>> {
+pub(super) fn numbers(species: &[String], model: &Model) -> Result<Vec<usize>> {
     let number = |name: &String| {
         let found = model.species().iter().position(|known| known == name);
         ensure!(found.is_some(), "the model does not know the species {name}");

@@ -7,13 +7,13 @@ use deeptree_graph::signature::tip_count;
 use deeptree_infer::{Model, Predictor};
 use deeptree_learn::{Surveyed, train_trend};
 
+use super::stands::numbers;
 use super::training::{of_nodes, read_model, refuse, write};
 use crate::args::{self, Args, UsageError};
 use crate::report;
 
 pub(super) fn run(args: &Args, verb: &args::Train) -> Result<()> {
-    // The model says of which kind it is.
-    refuse("trend", &of_nodes(verb)[1..])?;
+    refuse("trend", &of_nodes(verb))?;
     let of_networks = [
         ("epochs", verb.epochs.is_some()),
         ("samples", verb.samples.is_some()),
@@ -28,27 +28,36 @@ pub(super) fn run(args: &Args, verb: &args::Train) -> Result<()> {
     for path in &verb.data {
         let corpus =
             Corpus::open(path).with_context(|| format!("{} is no corpus", path.display()))?;
-        hashes.push(corpus.hash()?);
-        survey(args, verb, &corpus, &model, &mut trees)
+        let numbers = numbers(&corpus.plan().species, &model)
             .with_context(|| format!("{} does not fit the model", path.display()))?;
+        let hash = corpus.hash()?;
+        ensure!(
+            !hashes.contains(&hash),
+            "{} holds the same trees as another corpus; name it once",
+            path.display()
+        );
+        hashes.push(hash);
+        ensure!(
+            !corpus.plan().has_environments(),
+            "{}: its trees stand among obstacles; name a corpus of the open field",
+            path.display()
+        );
+        survey(args, verb, &corpus, &model, &numbers, &mut trees)?;
     }
     let (bytes, told) = train_trend(&trees, hashes.join("+"), (&weights, &told))?;
     write(args, verb, &bytes, &told)
 }
 
-/// The training trees of a corpus as wholes; those of environments are left out.
+/// The training trees of a corpus as wholes; `numbers` are those of its species in the model.
 fn survey(
     args: &Args,
     verb: &args::Train,
     corpus: &Corpus,
     model: &Model,
+    numbers: &[usize],
     trees: &mut Vec<Surveyed>,
 ) -> Result<()> {
     let plan = corpus.plan();
-    ensure!(
-        !plan.has_environments(),
-        "its trees stand among obstacles; name one of the open field"
-    );
     let most = verb.trees.map_or(plan.training_trees, |most| most.min(plan.training_trees));
     let bar = report::bar(args, u64::from(most) * plan.species.len() as u64, "surveying");
     for tree in corpus.trees(Split::Train) {
@@ -56,10 +65,7 @@ fn survey(
         if tree.number >= most {
             continue;
         }
-        let (name, tree) = (&plan.species[tree.species], tree.tree);
-        let number = model.species().iter().position(|known| known == name);
-        let species =
-            number.with_context(|| format!("the model does not know the species {name}"))?;
+        let (species, tree) = (numbers[tree.species], tree.tree);
         let tips = tip_count(tree.root().thickness, model.tip_radius(species));
         trees.push(Surveyed {
             species,
