@@ -190,9 +190,6 @@ impl Law {
                 low[i] = low[i].max(0.5 * least);
                 high[i] = high[i].max(low[i]);
             }
-            // A trend can lead beyond all that was seen.
-            seen.0[i] = seen.0[i].clamp(low[i], high[i]);
-            seen.1[i] = seen.1[i].clamp(low[i], high[i]);
         }
         Self {
             mean,
