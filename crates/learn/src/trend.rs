@@ -258,7 +258,7 @@ mod tests {
             .map(|i| {
                 let (age, v) =
                     (10.0 + (21.0 * part(i, 0.618_034)).floor(), 0.8 * part(i, 0.754_878) - 0.4);
-                let sign = if i % 2 == 0 { noise } else { -noise };
+                let sign = if i.is_multiple_of(2) { noise } else { -noise };
                 let state = state(age, v).map(|x| x + sign);
                 Surveyed { species: 0, age: age as f32, gravitropism: v as f32, state }
             })
@@ -297,7 +297,7 @@ mod tests {
             species: 0,
             age: 20.0,
             gravitropism: 0.05,
-            state: state(20.0, 0.05).map(|x| x + if i % 4 == 0 { 4.0 } else { 0.0 }),
+            state: state(20.0, 0.05).map(|x| x + if i.is_multiple_of(4) { 4.0 } else { 0.0 }),
         };
         all.extend((0..400).map(at_home));
         let rows = Survey::new(&all).trend();
@@ -321,7 +321,7 @@ mod tests {
         let mut flat = trees(3000, 0.0);
         for (i, tree) in flat.iter_mut().enumerate() {
             // Signs that go with neither the age nor the gravitropism.
-            let sign = if (i * i / 7) % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = if (i * i / 7).is_multiple_of(2) { 1.0 } else { -1.0 };
             tree.state = [5.0 + sign; STATES];
         }
         let mut steps = trees(3000, 0.0);

@@ -46,7 +46,7 @@ impl Trend {
                 return Err(broken(number));
             }
         }
-        if rows.len() % columns != 0 {
+        if !rows.len().is_multiple_of(columns) {
             return Err(broken(rows.len()));
         }
         Ok(Some(Self {
