@@ -1,4 +1,5 @@
-//! Trees that are kept in a volume: what cannot grow at its wall grows elsewhere.
+//! Trees beside a wall, where what cannot grow grows elsewhere, and trees in a volume, whose shoots
+//! turn at its bounds.
 #![allow(clippy::unwrap_used, reason = "a test that cannot set its stage has failed")]
 
 mod common;
@@ -6,12 +7,20 @@ mod common;
 use common::{depths, shipped};
 use deeptree_generate::{Generated, Limits, Request, generate, generate_in};
 use deeptree_graph::signature::tip_count;
-use deeptree_graph::{NodeId, Seed};
+use deeptree_graph::{NodeId, Seed, Vec3};
 use deeptree_infer::{Model, Predictor, SimdPath, Workspace};
-use deeptree_scene::{Environment, Site, Volume};
+use deeptree_scene::{BoxShape, Cuboid, Environment, Scene, Site, Volume};
 
 fn site(volume: Option<Volume>) -> Site {
     Site::new(Environment { volume, ..Environment::default() })
+}
+
+/// A wall two metres from the foot.
+fn beside_a_wall() -> Site {
+    let (min, max) = (Vec3::new(2.0, 0.0, -12.0), Vec3::new(4.0, 16.0, 12.0));
+    let wall = Cuboid::new(BoxShape::Aligned { min, max }).unwrap();
+    let scene = Scene::new(vec![wall], Vec::new()).unwrap();
+    Site::new(Environment { scene, volume: None })
 }
 
 fn grown(model: &Model, species: &str, site: &Site, seed: u64, batch: usize) -> Generated {
@@ -23,9 +32,10 @@ fn grown(model: &Model, species: &str, site: &Site, seed: u64, batch: usize) -> 
 #[test]
 fn tips_that_cannot_grow_at_a_wall_are_borne_elsewhere() {
     let model = shipped();
-    for (name, volume) in [("maple", Volume::Cone), ("pine", Volume::Ring), ("oak", Volume::Cube)] {
+    let site = beside_a_wall();
+    for name in ["maple", "pine", "oak"] {
         let species = model.species().iter().position(|known| known == name).unwrap();
-        let (site, radius) = (site(Some(volume)), model.tip_radius(species));
+        let radius = model.tip_radius(species);
         for seed in 0..3 {
             let Generated { tree, germ, avoided, .. } = grown(&model, name, &site, seed, 512);
             assert!(avoided.given_up > 0);
@@ -42,6 +52,21 @@ fn tips_that_cannot_grow_at_a_wall_are_borne_elsewhere() {
                 assert!(own >= borne, "{name} {seed}, node {id}: {own} of {borne}");
                 assert!(!is_settled || own <= borne + 3, "{name} {seed}, node {id}: {own} {borne}");
             }
+        }
+    }
+}
+
+#[test]
+fn in_a_volume_shoots_turn_at_its_bounds_rather_than_end() {
+    let model = shipped();
+    for (name, volume) in [("maple", Volume::Cone), ("willow", Volume::Ring), ("oak", Volume::Cube)]
+    {
+        let site = site(Some(volume.clone()));
+        for seed in 0..3 {
+            let Generated { tree, avoided, .. } = grown(&model, name, &site, seed, 512);
+            assert!(tree.nodes()[1..].iter().all(|node| volume.admits(node.position)));
+            assert!(avoided.redrawn > tree.len() as u64 / 10, "{name} {seed}: {avoided:?}");
+            assert!(avoided.given_up < tree.len() as u64 / 100, "{name} {seed}: {avoided:?}");
         }
     }
 }

@@ -51,5 +51,5 @@ pub use prune::{Cut, PruneError, Pruned, Wound, prune};
 pub use reach::{least_reach, most_tips, reaches};
 pub use rows::{GraphError, Row};
 pub use seed::{Draws, Lineage, Purpose, Seed};
-pub use surround::{NEIGHBOURS, Room, Surround};
+pub use surround::{NEIGHBOURS, Passage, Room, Surround};
 pub use traits::TreeTraits;

@@ -8,7 +8,19 @@ use crate::occupancy::Occupancy;
 /// Where branches can go.
 pub trait Room: core::fmt::Debug + Sync {
     /// May the edge of a node run from `base` to `tip`, in metres?
-    fn admits_edge(&self, base: Vec3, tip: Vec3) -> bool;
+    fn passage(&self, base: Vec3, tip: Vec3) -> Passage;
+}
+
+/// Whether an edge may be, and what a shoot does where it may not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Passage {
+    /// Nothing is in its way.
+    Free,
+    /// It would enter an obstacle: the shoot ends.
+    Blocked,
+    /// It would leave the volume that growth is kept in: the shoot turns along its wall, so that the
+    /// volume is filled.
+    Outside,
 }
 
 /// How many neighbouring places a node looks at: Z, the 3³ cells around it.

@@ -79,6 +79,10 @@ impl TreeTraits {
         "trunk_length",
     ];
 
+    /// Which numbers of [`Self::state`] are logarithms of counts; the others are metres.
+    pub const STATE_IS_COUNT: [bool; Self::STATES] =
+        [true, true, false, true, false, false, false, false];
+
     /// The traits of a tree of so many tips as numbers that linear laws fit, counts as logarithms:
     /// ln tips, ln nodes, longest path, ln branches, mean path, crown radius, height, length of the
     /// trunk; lengths in metres.

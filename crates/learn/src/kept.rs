@@ -1,13 +1,9 @@
 //! What a model keeps when some of its networks are trained anew.
 
-use std::collections::BTreeMap;
+use deeptree_infer::{ReadWeightsError, Table, Weights};
 
-use deeptree_infer::{Table, Weights};
-
-use crate::competition;
 use crate::tasks::Network;
-use crate::trend;
-use crate::{Kind, NetworkReport, Report, TrainError, TrainOptions, TrainingSet};
+use crate::{NetworkReport, Report, TrainError, TrainOptions, TrainingSet};
 
 /// How far the tables of turns may be from those of the model, in deviations.
 const NEAR: f32 = 0.02;
@@ -50,8 +46,8 @@ impl<'a> Kept<'a> {
         Ok(Self { only: only.iter().map(number).collect::<Result<_, _>>()?, model, report })
     }
 
-    /// Checks that the kept networks can be used with the tables of these trees: that turns are told
-    /// them in the same deviations, and tips in the same radii.
+    /// Checks that the networks of these trees can be used with the tables of the model: that turns
+    /// are told them in the same deviations, and tips in the same radii.
     pub(crate) fn check_tables(&self, tables: &Weights) -> Result<(), TrainError> {
         let both =
             |name| Some((tables.any_table(name)?.values(), self.model.any_table(name)?.values()));
@@ -65,7 +61,9 @@ impl<'a> Kept<'a> {
             };
             ours.len() == theirs.len() && all.all(|((&a, &b), &scale)| is_near(a, b, scale))
         };
-        let has_turns = tables.contains("rotation_scale");
+        // Environments are not told by turns.
+        let is_of_turns = |&network: &Network| network != Network::Outlook;
+        let has_turns = tables.contains("rotation_scale") && self.only.iter().any(is_of_turns);
         let turns = !has_turns || (is_near("rotation_mean") && is_near("rotation_scale"));
         if turns && both("tip_radius").is_some_and(|(ours, theirs)| ours == theirs) {
             return Ok(());
@@ -74,22 +72,20 @@ impl<'a> Kept<'a> {
         Err(TrainError::OtherModel { what })
     }
 
-    /// What is known of the model's networks, and of which trees they are where not of these.
-    pub(crate) fn reports(&self, set: &TrainingSet) -> BTreeMap<String, NetworkReport> {
-        let mut reports = self.report.networks.clone();
-        if set.data_hash != self.report.data_hash {
-            for network in reports.values_mut() {
-                network.data_hash.get_or_insert_with(|| self.report.data_hash.clone());
-            }
+    /// What is told of the model with the networks that were trained anew; they say of which trees
+    /// where those are not the model's.
+    pub(crate) fn report_with(
+        &self,
+        networks: impl Iterator<Item = (String, NetworkReport)>,
+        set: &TrainingSet,
+        weights: &[u8],
+    ) -> Result<Report, ReadWeightsError> {
+        let mut report = self.report.clone();
+        let data_hash = (set.data_hash != report.data_hash).then(|| set.data_hash.clone());
+        for (name, network) in networks {
+            let network = NetworkReport { data_hash: data_hash.clone(), ..network };
+            report = report.with(&name, network, weights)?;
         }
-        reports
-    }
-
-    /// The names of the networks and tables that are kept.
-    pub(crate) fn networks(&self, kind: Kind) -> impl Iterator<Item = &'static str> {
-        let all = Network::all(kind).into_iter();
-        let nodes = all.filter(|network| !self.only.contains(network)).map(Network::name);
-        // These learn from other trees, so they are never among those that are trained here.
-        nodes.chain([competition::NAME, Network::Points.name(), trend::NAME])
+        Ok(report)
     }
 }

@@ -52,9 +52,8 @@ pub fn train(
     train_those(set, options, None, checkpoints, progress)
 }
 
-/// Trains some networks of a model anew, and keeps its others with their figures; tables are those of
-/// the set. With the set that the model was made of this is what [`train`] gives, where nothing
-/// that the others learn has changed.
+/// Trains some networks of a model anew, and keeps all else of it, with its figures. With the set that
+/// the model was made of this is what [`train`] gives, where nothing that the others learn has changed.
 ///
 /// # Errors
 ///
@@ -298,12 +297,10 @@ impl Run<'_> {
         networks: &[Finished],
         tip_radius: &[f32],
     ) -> Result<Vec<u8>, ReadWeightsError> {
-        let mut model = self.tables(tip_radius)?;
-        if let Some(kept) = self.kept {
-            kept.networks(self.options.kind).for_each(|name| {
-                model.network_of(name, kept.model);
-            });
-        }
+        let mut model = match self.kept {
+            Some(kept) => WeightsBuilder::from_weights(kept.model),
+            None => self.tables(tip_radius)?,
+        };
         for (name, table) in networks.iter().flat_map(|one| &one.tensors) {
             model.table(name, table.clone());
         }
@@ -311,22 +308,24 @@ impl Run<'_> {
     }
 
     fn report(&self, networks: &[Finished], weights: &[u8]) -> Result<Report, ReadWeightsError> {
-        let hash = Weights::from_bytes(weights)?.sha256();
-        let mut reports = self.kept.map_or_else(BTreeMap::new, |kept| kept.reports(self.set));
-        reports.extend(networks.iter().map(|one| (one.name.into(), one.report.clone())));
+        let reports = networks.iter().map(|one| (one.name.into(), one.report.clone()));
+        if let Some(kept) = self.kept {
+            return kept.report_with(reports, self.set, weights);
+        }
+        let networks: BTreeMap<String, NetworkReport> = reports.collect();
         Ok(Report {
             data_hash: self.set.data_hash.clone(),
             species: self.set.species.clone(),
             training_trees: self.set.train.len(),
             training_nodes: self.train.corpus.nodes(),
             validation_trees: self.set.validation.len(),
-            seconds: reports.values().map(|one| one.seconds).sum(),
-            weight_count: reports.values().map(|one| one.weight_count).sum(),
+            seconds: networks.values().map(|one| one.seconds).sum(),
+            weight_count: networks.values().map(|one| one.weight_count).sum(),
             bytes: weights.len(),
-            sha256: hexadecimal(hash),
+            sha256: hexadecimal(Weights::from_bytes(weights)?.sha256()),
             options: self.options.clone(),
-            trend: self.kept.and_then(|kept| kept.report.trend.clone()),
-            networks: reports,
+            trend: None,
+            networks,
         })
     }
 }

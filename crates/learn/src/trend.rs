@@ -218,8 +218,7 @@ fn place(tree: &Surveyed) -> (f32, f32) {
 
 /// What an error in number `k` of a state is told in.
 fn scale(k: usize, mean: &State) -> f64 {
-    let is_log = k < 2 || k == 3;
-    if is_log { 1.0 } else { mean[k].abs().max(1.0) }
+    if TreeTraits::STATE_IS_COUNT[k] { 1.0 } else { mean[k].abs().max(1.0) }
 }
 
 /// The value at 0 of the polynomials that fit states best, by weighted least squares: of trees with

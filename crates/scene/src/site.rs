@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use deeptree_graph::{Node, Occupancy, Room, Surround, Vec3, Voxel};
+use deeptree_graph::{Node, Occupancy, Passage, Room, Surround, Vec3, Voxel};
 
 use crate::environment::Environment;
 use crate::guard;
@@ -79,10 +79,15 @@ impl Site {
 }
 
 impl Room for Site {
-    fn admits_edge(&self, base: Vec3, tip: Vec3) -> bool {
+    fn passage(&self, base: Vec3, tip: Vec3) -> Passage {
         let Environment { scene, volume } = &self.environment;
-        volume.as_ref().is_none_or(|volume| volume.admits(tip))
-            && !guard::is_blocked(scene, &self.near, base, tip)
+        if guard::is_blocked(scene, &self.near, base, tip) {
+            Passage::Blocked
+        } else if volume.as_ref().is_some_and(|volume| !volume.admits(tip)) {
+            Passage::Outside
+        } else {
+            Passage::Free
+        }
     }
 }
 
@@ -98,7 +103,7 @@ mod tests {
         let site = Site::new(Environment::default());
         for node in random_tree(1, 50).nodes() {
             assert_eq!(site.surround(node), Surround::default());
-            assert!(site.admits_edge(node.base(), node.position));
+            assert_eq!(site.passage(node.base(), node.position), Passage::Free);
         }
     }
 
@@ -111,7 +116,8 @@ mod tests {
                 let x = |k: i32| (i * k % 701) as f32 * 0.06 - 21.0;
                 let base = Vec3::new(x(37), x(59) + 21.0, x(83));
                 let tip = base + Vec3::new(x(11), x(13), x(17)).normalize_or_zero() * 1.05;
-                assert_eq!(site.admits_edge(base, tip), environment.admits_edge(base, tip));
+                let is_free = site.passage(base, tip) == Passage::Free;
+                assert_eq!(is_free, environment.admits_edge(base, tip));
             }
         }
     }
@@ -124,8 +130,8 @@ mod tests {
         let site = Site::new(Environment { scene, volume: None });
         assert!(site.taken().is_empty());
         let base = Vec3::new(31.8, 4.0, 0.0);
-        assert!(!site.admits_edge(base, base + Vec3::X));
-        assert!(site.admits_edge(base, base - Vec3::X));
+        assert_eq!(site.passage(base, base + Vec3::X), Passage::Blocked);
+        assert_eq!(site.passage(base, base - Vec3::X), Passage::Free);
     }
 
     #[test]
@@ -134,7 +140,8 @@ mod tests {
         let site = Site::new(Environment { volume, ..Environment::default() });
         assert!(site.shading().is_empty() && !site.taken().is_empty());
         let far = Vec3::new(20.0, 5.0, 0.0);
-        assert!(!site.admits_edge(far, far) && site.admits_edge(Vec3::Y, 2.0 * Vec3::Y));
+        assert_eq!(site.passage(far, far), Passage::Outside);
+        assert_eq!(site.passage(Vec3::Y, 2.0 * Vec3::Y), Passage::Free);
         assert_eq!(site.sky(far), Sky::OPEN);
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use deeptree_generate::{GenerateError, Limits, RegrowError, Regrown, Request, germ, regrow_in};
-use deeptree_graph::{BranchGraph, Cut, NodeId, Room, Seed, Vec3};
+use deeptree_graph::{BranchGraph, Cut, NodeId, Passage, Room, Seed, Vec3};
 use deeptree_infer::{Model, Predictor, Workspace};
 use deeptree_scene::Site;
 use serde_json::json;
@@ -130,7 +130,7 @@ impl Grower<'_> {
 fn in_the_way(tree: &BranchGraph, site: &Site) -> Vec<NodeId> {
     let is_in_the_way = |id: &NodeId| {
         let node = tree.node(*id);
-        !site.admits_edge(node.base(), node.position)
+        site.passage(node.base(), node.position) != Passage::Free
     };
     (1..tree.len() as NodeId).filter(is_in_the_way).collect()
 }

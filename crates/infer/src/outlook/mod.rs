@@ -50,7 +50,7 @@ pub struct Code([f32; CODE]);
 /// What to expect of a tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expectation {
-    /// Its [`TreeTraits::state`].
+    /// Its [`TreeTraits::state`]: mean lengths, and the logarithms of mean counts.
     pub state: [f64; STATES],
     /// Mean x and z of its nodes, in metres.
     pub offset: Vec2,

@@ -11,6 +11,7 @@
 //! Source: DeepTree §4.2, Eq. 2 to 5. Deviation: laws instead of point estimates, thickness by the
 //! pipe model with integer tip counts, and the reach.
 
+mod bounds;
 mod foretelling;
 
 use deeptree_graph::signature::inheritance::{
@@ -22,7 +23,7 @@ use deeptree_graph::signature::situated::{
 };
 use deeptree_graph::signature::size::{self, Bequest, SIZE_LEN, Size};
 use deeptree_graph::signature::{thickness_of, tip_count};
-use deeptree_graph::{ChildSignature, MAX_CHILDREN, Plan, Purpose, Vec2, Vec3};
+use deeptree_graph::{ChildSignature, MAX_CHILDREN, Passage, Plan, Purpose, Quat, Vec2, Vec3};
 
 use super::{Active, Branchlet, Overflow, Workspace, network, sampling};
 use crate::mlp::Mlp;
@@ -47,8 +48,9 @@ pub(super) struct Situated {
     hearing: Option<Box<Hearing>>,
 }
 
-/// How often the swing of a child that would end below the ground or enter an obstacle is drawn,
-/// before the branch ends there. The teacher has no such node, and the learner seldom proposes one.
+/// How often the swing of a child that would end below the ground, enter an obstacle or leave its
+/// volume is drawn, before the branch ends there, or in a volume turns back. The teacher has no such
+/// node, and the learner seldom proposes one that is in the ground or in an obstacle.
 const ATTEMPTS: u64 = 8;
 
 /// The tips that a node bears, and the nearest plan to its own that it can keep with them.
@@ -500,22 +502,38 @@ impl Situated {
         );
         let law = self.slots[tree.species][slot];
         let alignment = law.alignment(roll, node);
-        let mut turn = Turn { swing: Vec2::ZERO, roll };
+        let passage = |rotation: Quat| {
+            let tip = node.position + length * (node.orientation * (rotation * Vec3::NEG_Z));
+            if tip.y < 0.0 {
+                return Passage::Blocked;
+            }
+            room.map_or(Passage::Free, |room| room.passage(node.position, tip))
+        };
+        let placed = |turn, rotation, redrawn: u64| {
+            let thickness = thickness_of(tips, tree.tip_radius);
+            let child = Some(ChildSignature { rotation, thickness, length });
+            Placed { turn, child, redrawn: redrawn as u8 }
+        };
+        let (mut turn, mut last) = (Turn { swing: Vec2::ZERO, roll }, Passage::Free);
+        let mut rotation = Quat::IDENTITY;
         for attempt in 0..ATTEMPTS {
             // The first of these draws is the roll's.
             let mut draws = seed.draws(lineage, Purpose::ChildRotation).at(1 + attempt);
             turn.swing = sampling::swing(outputs, alignment, &mut draws)?;
-            let rotation = law.rotation(turn, node, tree.gravitropism);
-            let front = node.orientation * (rotation * Vec3::NEG_Z);
-            let tip = node.position + length * front;
-            let is_free = room.is_none_or(|room| room.admits_edge(node.position, tip));
-            if tip.y >= 0.0 && is_free {
-                let thickness = thickness_of(tips, tree.tip_radius);
-                let child = Some(ChildSignature { rotation, thickness, length });
-                return Some(Placed { turn, child, redrawn: attempt as u8 });
+            rotation = law.rotation(turn, node, tree.gravitropism);
+            last = passage(rotation);
+            if last == Passage::Free {
+                return Some(placed(turn, rotation, attempt));
             }
         }
-        Some(Placed { turn, child: None, redrawn: ATTEMPTS as u8 })
+        let mut draws = seed.draws(lineage, Purpose::ChildRotation).at(1 + ATTEMPTS);
+        let is_free = |rotation| passage(rotation) == Passage::Free;
+        let along = (last == Passage::Outside)
+            .then(|| bounds::turned(rotation, &mut draws, is_free))
+            .flatten();
+        Some(along.map_or(Placed { turn, child: None, redrawn: ATTEMPTS as u8 }, |rotation| {
+            placed(law.turn(rotation, node, tree.gravitropism), rotation, ATTEMPTS)
+        }))
     }
 }
 

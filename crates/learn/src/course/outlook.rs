@@ -4,8 +4,14 @@
 //! through the convolutions once. Trees are turned about the vertical with all that stands around
 //! them, by quarters, and mirrored: the teacher knows no direction of the sky.
 //!
-//! The loss is the mean squared error of the states, in deviations of the species, and of the
-//! crown's offset.
+//! The loss is the mean squared error of the lengths, in deviations of the species, and of the
+//! crown's offset. Of a count n with ln n = x in deviations d it is
+//!
+//! `2 / d² · (exp(d (x − o)) + d o)`
+//!
+//! the deviance of a gamma law of mean exp(d o) but for a constant: near its minimum as steep as a
+//! squared error, and least where exp(d o) is the mean of the counts. The mean of their logarithms
+//! would be too few: some of the trees that obstacles or volumes hem in stay very small.
 
 use burn::tensor::module::conv3d;
 use burn::tensor::ops::ConvOptions;
@@ -259,6 +265,13 @@ impl<'a> Outlook<'a> {
         }
     }
 
+    /// For each output the deviation of a logarithm, where it is one; 0 elsewhere.
+    fn deviations_of_counts(&self, tree: usize) -> [f32; OUTPUTS] {
+        let deviation = &self.deviation[self.train.corpus.conditions[tree].species];
+        let is_count = |i: usize| i < STATES && TreeTraits::STATE_IS_COUNT[i];
+        std::array::from_fn(|i| if is_count(i) { deviation[i] } else { 0.0 })
+    }
+
     fn grids_tensor(&self, grids: Vec<f32>) -> Tensor<5> {
         const SIDE: usize = Occupancy::SIDE;
         let shape = [grids.len() / GRIDS, CHANNELS[0], SIDE, SIDE, SIDE];
@@ -300,6 +313,17 @@ impl<'a> Outlook<'a> {
         }
         outputs
     }
+}
+
+/// Squares of the errors where the deviation d is 0, `2 / d² · (exp(d e) − d e − 1)` elsewhere.
+fn losses(errors: Tensor<2>, deviations: Tensor<2>) -> Tensor<2> {
+    let squares = errors.clone().square();
+    let is_length = deviations.clone().equal_elem(0.0);
+    // What is not taken must not be infinite either: a gradient of 0 times infinity is none.
+    let deviations = deviations.mask_fill(is_length.clone(), 1.0);
+    let scaled = (errors * deviations.clone()).mask_fill(is_length.clone(), 0.0);
+    let gamma = (scaled.clone().exp() - scaled - 1.0) * 2.0 / deviations.square();
+    gamma.mask_where(is_length, squares)
 }
 
 /// Writes both grids.
@@ -345,6 +369,7 @@ impl Course for Outlook<'_> {
         let mut grids = vec![0.0; (half + 1) * GRIDS];
         let mut rows = vec![0.0; 2 * half * width];
         let mut targets = Vec::with_capacity(2 * half * OUTPUTS);
+        let mut deviations = Vec::with_capacity(2 * half * OUTPUTS);
         let key = Network::Outlook.key();
         let mut inside = Order::new(self.seed, key, self.train.inside.len());
         let mut open = Order::new(self.seed, key + 1, self.train.open.len());
@@ -362,6 +387,7 @@ impl Course for Outlook<'_> {
             };
             self.train.encode(tree, self.species(), values);
             targets.extend(self.train.target(tree, turn));
+            deviations.extend(self.deviations_of_counts(tree));
         }
         let tensors = self.tensors_of(parameters, true);
         let codes = tensors.codes(self.grids_tensor(grids).autodiff());
@@ -369,7 +395,8 @@ impl Course for Outlook<'_> {
         let codes = Tensor::cat(vec![codes.narrow(0, 0, half), empty], 0);
         let outputs = tensors.expect(self.rows_tensor(rows, width).autodiff(), codes);
         let targets = self.rows_tensor(targets, OUTPUTS).autodiff();
-        let loss = (outputs - targets).square().mean();
+        let deviations = self.rows_tensor(deviations, OUTPUTS).autodiff();
+        let loss = losses(targets - outputs, deviations).mean();
         let mut gradients = loss.backward();
         let gradient = tensors.gradient(&mut gradients);
         (loss, gradient.unwrap_or_else(|| parameters.zeros_like()))
