@@ -18,9 +18,11 @@ pub enum Passage {
     Free,
     /// It would enter an obstacle: the shoot ends.
     Blocked,
-    /// It would leave the volume that growth is kept in: the shoot turns along its wall, so that the
-    /// volume is filled.
+    /// It would leave the volume that growth is kept in: the shoot turns along its bounds, so that
+    /// the volume is filled.
     Outside,
+    /// It would leave the way from the foot to that volume: the trunk turns, other shoots end.
+    Astray,
 }
 
 /// How many neighbouring places a node looks at: Z, the 3³ cells around it.

@@ -25,7 +25,14 @@ impl<'a> Kept<'a> {
         report: &'a Report,
     ) -> Result<Self, TrainError> {
         report.check(model, options.kind)?;
-        let told = TrainOptions { workers: options.workers, ..report.options.clone() };
+        // How those were trained before that are trained anew makes no difference.
+        let mut told = TrainOptions { workers: options.workers, ..report.options.clone() };
+        for name in only {
+            match options.networks.get(name) {
+                Some(own) => told.networks.insert(name.clone(), own.clone()),
+                None => told.networks.remove(name),
+            };
+        }
         if set.species != report.species {
             let what = "it is for other species; name trees of its species, or train all networks";
             return Err(TrainError::OtherModel { what });
@@ -78,6 +85,7 @@ impl<'a> Kept<'a> {
         &self,
         networks: impl Iterator<Item = (String, NetworkReport)>,
         set: &TrainingSet,
+        options: &TrainOptions,
         weights: &[u8],
     ) -> Result<Report, ReadWeightsError> {
         let mut report = self.report.clone();
@@ -85,6 +93,9 @@ impl<'a> Kept<'a> {
         for (name, network) in networks {
             let network = NetworkReport { data_hash: data_hash.clone(), ..network };
             report = report.with(&name, network, weights)?;
+            if let Some(own) = options.networks.get(&name) {
+                report.options.networks.insert(name, own.clone());
+            }
         }
         Ok(report)
     }

@@ -310,7 +310,7 @@ impl Run<'_> {
     fn report(&self, networks: &[Finished], weights: &[u8]) -> Result<Report, ReadWeightsError> {
         let reports = networks.iter().map(|one| (one.name.into(), one.report.clone()));
         if let Some(kept) = self.kept {
-            return kept.report_with(reports, self.set, weights);
+            return kept.report_with(reports, self.set, self.options, weights);
         }
         let networks: BTreeMap<String, NetworkReport> = reports.collect();
         Ok(Report {

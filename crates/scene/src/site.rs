@@ -82,11 +82,17 @@ impl Room for Site {
     fn passage(&self, base: Vec3, tip: Vec3) -> Passage {
         let Environment { scene, volume } = &self.environment;
         if guard::is_blocked(scene, &self.near, base, tip) {
-            Passage::Blocked
-        } else if volume.as_ref().is_some_and(|volume| !volume.admits(tip)) {
-            Passage::Outside
-        } else {
-            Passage::Free
+            return Passage::Blocked;
+        }
+        match volume {
+            Some(volume) if !volume.admits(tip) => {
+                if volume.contains(base) {
+                    Passage::Outside
+                } else {
+                    Passage::Astray
+                }
+            }
+            _ => Passage::Free,
         }
     }
 }
@@ -140,7 +146,8 @@ mod tests {
         let site = Site::new(Environment { volume, ..Environment::default() });
         assert!(site.shading().is_empty() && !site.taken().is_empty());
         let far = Vec3::new(20.0, 5.0, 0.0);
-        assert_eq!(site.passage(far, far), Passage::Outside);
+        assert_eq!(site.passage(far, far), Passage::Astray);
+        assert_eq!(site.passage(Vec3::Y, far), Passage::Outside);
         assert_eq!(site.passage(Vec3::Y, 2.0 * Vec3::Y), Passage::Free);
         assert_eq!(site.sky(far), Sky::OPEN);
     }

@@ -528,9 +528,12 @@ impl Situated {
         }
         let mut draws = seed.draws(lineage, Purpose::ChildRotation).at(1 + ATTEMPTS);
         let is_free = |rotation| passage(rotation) == Passage::Free;
-        let along = (last == Passage::Outside)
-            .then(|| bounds::turned(rotation, &mut draws, is_free))
-            .flatten();
+        let turns = match last {
+            Passage::Outside => true,
+            Passage::Astray => node.order == 0 && slot == 0,
+            Passage::Blocked | Passage::Free => false,
+        };
+        let along = turns.then(|| bounds::turned(rotation, &mut draws, is_free)).flatten();
         Some(along.map_or(Placed { turn, child: None, redrawn: ATTEMPTS as u8 }, |rotation| {
             placed(law.turn(rotation, node, tree.gravitropism), rotation, ATTEMPTS)
         }))
