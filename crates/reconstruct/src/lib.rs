@@ -35,6 +35,7 @@ mod foot;
 mod forks;
 mod kdtree;
 mod levels;
+mod links;
 mod place;
 mod prepare;
 mod prior;
