@@ -45,6 +45,7 @@ mod skeleton;
 mod steps;
 mod table;
 mod thickness;
+mod tips;
 mod trace;
 mod ways;
 

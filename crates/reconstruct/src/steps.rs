@@ -11,6 +11,7 @@ use crate::prepare::{self, Cloud};
 use crate::prior::{Prior, Shape};
 use crate::skeleton::Skeleton;
 use crate::thickness::{self, thicken};
+use crate::tips::grow_on;
 use crate::trace::{Tracing, trace};
 use crate::ways::{NONE, Neighbours, ways};
 use crate::{Options, ReconstructError, Reconstruction};
@@ -34,7 +35,7 @@ const WORTH: f32 = 4.0;
 /// Metres of gap that a point that a twig covers is worth, as a share as above. Less leaves out lone
 /// points, more bridges wider gaps for them. A scanner may meet a twig once or never, however near to
 /// one another its points are on the stem.
-const TWIG_WORTH: f32 = 0.04;
+const TWIG_WORTH: f32 = 0.035;
 
 /// The widest gap in a branch, as a share of the cloud's height.
 const WIDEST: f32 = 0.15;
@@ -86,7 +87,10 @@ pub fn reconstruct(
     let mut work = Workspace::default();
     let mut prior = prior(&skeleton, &points, options, &mut work)?;
     let left_out = skeleton.owner.iter().filter(|&&owner| owner == NONE).count();
-    let mut completed = 0;
+    let mut completed = match &prior {
+        Some(prior) => grow_on(&mut skeleton, prior, &mut work)?,
+        None => 0,
+    };
     if let Some(prior) = prior.as_mut().filter(|_| options.complete) {
         if options.hear {
             let root = skeleton.joints[0].position;
@@ -94,7 +98,7 @@ pub fn reconstruct(
         }
         // What hangs lower than the points is no tree's.
         let bounds = complete::Bounds { low, high };
-        completed = complete(&mut skeleton, prior, bounds, &mut work)?;
+        completed += complete(&mut skeleton, prior, bounds, &mut work)?;
         // Which child a branch goes on with, points do not say.
         prior.hear_nothing();
     }
