@@ -19,8 +19,8 @@
 //! foot of the tree and straightened as much as wood of their thickness is straight, then what they
 //! leave uncovered is traced from them; radii are those of circles around the axis where the points
 //! show one, and follow the pipe model elsewhere. Networks say what points do not: of which species
-//! the tree is, which child of a fork its branch goes on with, and, where that is asked for, what
-//! grows where the scanner saw nothing.
+//! the tree is, which twigs go on where their points end, which child of a fork its branch goes on
+//! with, and, where that is asked for, what grows where the scanner saw nothing.
 //!
 //! The same cloud, options and model give the same bits on every machine.
 
@@ -35,6 +35,7 @@ mod foot;
 mod forks;
 mod kdtree;
 mod levels;
+mod links;
 mod place;
 mod prepare;
 mod prior;
@@ -44,6 +45,7 @@ mod skeleton;
 mod steps;
 mod table;
 mod thickness;
+mod tips;
 mod trace;
 mod ways;
 
@@ -97,7 +99,7 @@ pub struct Options<'a> {
     pub prior: Option<&'a dyn Predictor>,
     /// The species that the networks take the tree for; the likeliest when none is given.
     pub species: Option<String>,
-    /// Let the networks grow what the scanner did not see.
+    /// Let the networks grow branches of which the scanner saw nothing, too.
     pub complete: bool,
     /// Let the networks that grow it hear the points around each node, if they have learned to.
     pub hear: bool,
@@ -138,7 +140,7 @@ pub struct Reconstruction {
     pub left_out: usize,
     /// Side of the voxels whose points were merged, in metres.
     pub voxel: f32,
-    /// Nodes that the networks grew where the scanner saw nothing.
+    /// Nodes that the networks grew where no points are.
     pub completed: usize,
 }
 

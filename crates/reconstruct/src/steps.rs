@@ -11,10 +11,11 @@ use crate::prepare::{self, Cloud};
 use crate::prior::{Prior, Shape};
 use crate::skeleton::Skeleton;
 use crate::thickness::{self, thicken};
+use crate::tips::grow_on;
 use crate::trace::{Tracing, trace};
 use crate::ways::{NONE, Neighbours, ways};
 use crate::{Options, ReconstructError, Reconstruction};
-use crate::{forks, levels, scaffold, shape};
+use crate::{forks, levels, links, scaffold, shape};
 
 /// Covered at first, as a share of the cloud's longest side.
 const COVER: f32 = 0.0026;
@@ -28,9 +29,13 @@ const STEM: f32 = 0.012;
 /// Radius of the thinnest twigs, as a share as above: 2.5 mm of a tree of 5 m.
 const THINNEST: f32 = 5e-4;
 
-/// Metres of gap that a covered point is worth, as a multiple of the points' spacing. Less leaves
-/// out lone points, more bridges wider gaps for them.
+/// Metres of gap that a point that a limb covers is worth, as a multiple of the points' spacing.
 const WORTH: f32 = 4.0;
+
+/// Metres of gap that a point that a twig covers is worth, as a share as above. Less leaves out lone
+/// points, more bridges wider gaps for them. A scanner may meet a twig once or never, however near to
+/// one another its points are on the stem.
+const TWIG_WORTH: f32 = 0.035;
 
 /// The widest gap in a branch, as a share of the cloud's height.
 const WIDEST: f32 = 0.15;
@@ -82,7 +87,10 @@ pub fn reconstruct(
     let mut work = Workspace::default();
     let mut prior = prior(&skeleton, &points, options, &mut work)?;
     let left_out = skeleton.owner.iter().filter(|&&owner| owner == NONE).count();
-    let mut completed = 0;
+    let mut completed = match &prior {
+        Some(prior) => grow_on(&mut skeleton, prior, &mut work)?,
+        None => 0,
+    };
     if let Some(prior) = prior.as_mut().filter(|_| options.complete) {
         if options.hear {
             let root = skeleton.joints[0].position;
@@ -90,7 +98,7 @@ pub fn reconstruct(
         }
         // What hangs lower than the points is no tree's.
         let bounds = complete::Bounds { low, high };
-        completed = complete(&mut skeleton, prior, bounds, &mut work)?;
+        completed += complete(&mut skeleton, prior, bounds, &mut work)?;
         // Which child a branch goes on with, points do not say.
         prior.hear_nothing();
     }
@@ -159,7 +167,9 @@ fn skeleton(points: &[Vec3], index: &KdTree, foot: &Foot, size: Size) -> Skeleto
     let sources: Vec<u32> = (0..points.len() as u32).filter(is_covered).collect();
     let second = ways(&neighbours, points.len(), &sources, POWERS[1]);
     let thin = vec![0.0; points.len()];
-    trace(&Tracing { ways: &second, radius: &thin, ..tracing }, &mut skeleton);
+    let worth = TWIG_WORTH * side;
+    trace(&Tracing { ways: &second, radius: &thin, worth, ..tracing }, &mut skeleton);
+    links::relink(&mut skeleton, side);
     // 4. Where exactly, and how thick.
     shape::shape(&mut skeleton, points, cover);
     let visible = VISIBLE * neighbours.spacing;

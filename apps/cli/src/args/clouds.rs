@@ -104,7 +104,7 @@ pub(crate) struct Reconstruct {
     /// most].
     #[arg(long, value_name = "NAME", conflicts_with = "no_prior")]
     pub(crate) species: Option<String>,
-    /// Let the networks grow what the scanner did not see.
+    /// Let the networks grow branches of which the scanner saw nothing, for a tree that looks whole.
     #[arg(long, conflicts_with = "no_prior")]
     pub(crate) complete: bool,
     /// Geometry alone, without networks.

@@ -27,9 +27,10 @@ pub(super) fn chapter(study: &Study<'_>) -> Result<Chapter> {
     };
     chapter.text(
         "geometry: without networks (--no-prior). networks: the networks say of which species the \
-         tree is, and which child of a fork its branch goes on with. hearing points: they also grow \
-         what the scanner did not see (--complete), and hear the points around each node. completed: \
-         the same by networks that hear nothing.",
+         tree is, which twigs go on where their points end, and which child of a fork its branch goes \
+         on with. hearing points: they also grow branches of which the scanner saw nothing \
+         (--complete), and hear the points around each node. completed: the same by networks that \
+         hear nothing.",
     );
     real::say(study, model, &mut chapter)?;
     simulated::say(study, model, &mut chapter)?;
