@@ -306,7 +306,7 @@ fn pine() -> Habit {
     Habit {
         species: "pine",
         phyllotaxis: Phyllotaxis::Whorled(4),
-        depth: 3,
+        depth: 5,
         shoots: 11.0,
         length: 0.42,
         angle: 0.65,
