@@ -52,6 +52,12 @@ fn a_stand_is_one_file_with_a_node_for_each_tree_at_its_place() {
     assert!(desk.read("b.glb") == bytes, "any number of threads gives the same file");
     let output = desk.run(&[&stand[..], &["-o", "-"]].concat());
     assert!(output.stdout == bytes, "a stream has what a file has");
+    #[cfg(target_os = "linux")]
+    {
+        let output =
+            desk.run(&[&stand[..], &["-q", "-o", "/dev/stdout", "--format", "glb"]].concat());
+        assert!(output.stdout == bytes, "so has a pipe with a name");
+    }
     grow(&["-o", "c.gltf", "--instancing", "--lods"]);
     let file: Value = serde_json::from_slice(&desk.read("c.gltf")).unwrap();
     assert_eq!(file["extensionsUsed"], serde_json::json!(["EXT_mesh_gpu_instancing", "MSFT_lod"]));
@@ -61,7 +67,9 @@ fn a_stand_is_one_file_with_a_node_for_each_tree_at_its_place() {
 
 #[test]
 fn the_networks_stands_are_files_and_pictures_too() {
-    let desk = desk();
+    let desk = Desk::new();
+    let plan = "x,z,species,seed\n0,0,maple,1\n3,0,tulip,2\n-3,1.5,maple,3\n";
+    std::fs::write(desk.path("plan.csv"), plan).unwrap();
     let stand = ["generate", "--stand", "plan.csv", "--age", "20"];
     desk.ok(&[&stand[..], &["-o", "a.glb", "--max-triangles", "500"]].concat());
     let file = description(&desk.read("a.glb"));
@@ -91,6 +99,19 @@ fn the_networks_stands_are_files_and_pictures_too() {
     std::fs::write(desk.path("folder/readme.txt"), "no tree").unwrap();
     render(&["folder", "--all", "-o", "b.png"]);
     assert!(desk.read("a.png") == desk.read("b.png"));
+
+    // A file a tree, each at its place; the picture is of all of them, from a corner.
+    desk.ok(&[&stand[..], &["-o", "trees/", "--format", "parquet"]].concat());
+    assert_eq!(std::fs::read_dir(desk.path("trees")).unwrap().count(), 3);
+    render(&["trees", "--all", "-o", "c.png", "--aov", "labels"]);
+    assert!(desk.read("a.png") == desk.read("c.png"));
+    assert_eq!(numbers("c.tree.png"), [0, 1, 2, 3]);
+    render(&["trees", "--all", "--views", "quarter", "-o", "d.png"]);
+    assert!(desk.read("a.png") == desk.read("d.png"));
+    // A single tree is looked at from the front.
+    render(&["folder/a.parquet", "--tree", "1", "-o", "e.png"]);
+    render(&["folder/a.parquet", "--tree", "1", "--views", "front", "-o", "f.png"]);
+    assert!(desk.read("e.png") == desk.read("f.png"));
 }
 
 #[test]

@@ -76,6 +76,42 @@ fn a_crossing_has_the_volume_of_the_union_of_its_cylinders() {
     assert!((share - 1.0).abs() < 0.05, "{share}");
 }
 
+/// The largest angle between the faces at an edge of the wall between two heights, in radians.
+fn sharpest_edge(mesh: &Mesh, low: f32, high: f32) -> f32 {
+    let mut normals = std::collections::BTreeMap::new();
+    let mut sharpest = 0.0f32;
+    for (corners, t) in mesh.triangles().zip(mesh.welded().as_chunks::<3>().0) {
+        let [a, b, c] = corners;
+        let normal = (b - a).cross(c - a).normalize();
+        for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+            let heights = [corners[i].y, corners[j].y];
+            if heights.iter().all(|y| (low..high).contains(y))
+                && let Some(other) = normals.insert((t[i].min(t[j]), t[i].max(t[j])), normal)
+            {
+                sharpest = sharpest.max(normal.angle_between(other));
+            }
+        }
+    }
+    sharpest
+}
+
+#[test]
+fn a_limb_that_bends_to_and_fro_is_a_curve_and_not_a_row_of_straight_pipes() {
+    // Eight internodes, each turned by half a radian against the one before, left and right.
+    let mut tree = BranchGraph::new(info(), Vec3::ZERO, upright(0.08, 1.0));
+    let mut tip = 0;
+    for k in 0..8 {
+        let turn = if k == 0 { 0.25 } else { 0.5 };
+        let pitch = if k % 2 == 0 { turn } else { -turn };
+        tip = tree.grow(tip, [Some(edge(pitch, 0.08, 1.0)), None, None])[0].unwrap();
+    }
+    let mesh = wood(&tree, &round());
+    check(&mesh).unwrap();
+    let sharpest = sharpest_edge(&mesh, 1.2, 8.0);
+    // Sides alone have 2π/64 = 0.1; straight pipes would have 0.5.
+    assert!((0.09..0.25).contains(&sharpest), "{sharpest}");
+}
+
 #[test]
 fn laterals_do_not_pass_through_their_parent() {
     // From all sides and angles, thin and thick: no vertex of a lateral lies deep in the post.

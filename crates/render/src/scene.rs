@@ -148,7 +148,7 @@ impl<'a> Scene<'a> {
     fn surface(&self, &Met { tree: number, ref hit }: &Met, towards: Vec3) -> Surface {
         let tree = &self.trees[number];
         let look = tree.look(hit.what);
-        let Corners { mut point, edges: [b, c], mut normal, uv, uv_edges, label } =
+        let Corners { mut point, lift, edges: [b, c], mut normal, uv, uv_edges, label } =
             tree.corners(hit);
         let mut flat = b.cross(c).try_normalize().unwrap_or(normal);
         let mut along_u = uv_edges[1].y * b - uv_edges[0].y * c;
@@ -168,6 +168,10 @@ impl<'a> Scene<'a> {
         let mut shading = look.bump(uv, normal, along_u, along_v);
         if flat.dot(towards) < 0.0 {
             flat = -flat;
+        } else if let What::Wood { .. } = hit.what {
+            // Seen from outside, wood is as round as its normals say.
+            point += lift;
+            flat = normal;
         }
         if shading.dot(flat) < 0.0 {
             shading = -shading;
@@ -220,9 +224,12 @@ impl<'a> Tree<'a> {
             }
         };
         let mix = |of: &[Vec3]| of[i] * weights[0] + of[j] * weights[1] + of[k] * weights[2];
+        let point = mix(positions);
+        let below = |i: usize| normals[i] * (positions[i] - point).dot(normals[i]).max(0.0);
         let [p, q, r] = [i, j, k].map(|i| Vec2::from(uvs[i]));
         Corners {
-            point: mix(positions),
+            point,
+            lift: below(i) * weights[0] + below(j) * weights[1] + below(k) * weights[2],
             edges: [positions[j] - positions[i], positions[k] - positions[i]],
             normal: mix(normals),
             uv: (p * weights[0] + q * weights[1] + r * weights[2]).into(),
@@ -265,6 +272,10 @@ fn outermost(points: &[Vec3]) -> Vec<Vec3> {
 /// What a triangle says of a place on it.
 struct Corners {
     point: Vec3,
+    /// From there to the round surface that the normals speak of: the mean of how far the planes
+    /// square to them at the corners lie above. Without it faces that are turned away from the sun
+    /// would stand out as dark where the round surface is still lit (Hanika 2021, "Hacking the shadow terminator").
+    lift: Vec3,
     edges: [Vec3; 2],
     normal: Vec3,
     uv: [f32; 2],

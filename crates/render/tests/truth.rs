@@ -12,10 +12,16 @@ use deeptree_render::{
 
 /// A tree of one node: a post of 2 m.
 fn post() -> Mesh {
+    round_post(24)
+}
+
+/// A post of so many sides.
+fn round_post(sides: u32) -> Mesh {
     let info = TreeInfo { species: "oak".into(), age: 1, gravitropism: 0.0, seed: 0 };
     let upright = Quat::from_rotation_x(FRAC_PI_2);
     let edge = ChildSignature { rotation: upright, thickness: 0.1, length: 2.0 };
-    let options = WoodOptions { min_sides: 24, fluting: 0.0, ..WoodOptions::default() };
+    let (min_sides, max_sides) = (sides, sides);
+    let options = WoodOptions { min_sides, max_sides, fluting: 0.0, ..WoodOptions::default() };
     wood(&BranchGraph::new(info, Vec3::ZERO, edge), &options)
 }
 
@@ -158,6 +164,26 @@ fn a_disc_takes_its_configuration_factor_of_the_skylight() {
         let factor = r * r / (r * r + h * h);
         // A uniform dome is closed here; level ground gets its upper half: π.
         assert!((mean - factor).abs() < 0.01, "{r} {h}: {mean} {factor}");
+    }
+}
+
+/// Where light grazes a round post, it fades out: faces of a coarse one do not stand out.
+#[test]
+fn a_coarse_post_is_lit_as_a_fine_one() {
+    // Brightness from left to right, of a look from the front with the sun on the left.
+    let across = |sides| {
+        let bark = material(0.5, 1.0, 0.0);
+        let tree = Dressed { wood: round_post(sides), bark, foliage: Vec::new() };
+        let light = Light::daylight(0.2, -FRAC_PI_2, 3.0).unwrap();
+        let scene = Scene::new(&tree, light, Ground::None).unwrap();
+        let camera = Camera::orthographic(Vec3::Y, 0.0, 0.0, [0.16, 0.01]);
+        let options = Options { size: [16, 1], samples: 512, ..options(1) };
+        let picture = render(&scene, &camera, &options, |_| ()).unwrap();
+        picture.pixels.iter().map(|pixel| pixel[0]).collect::<Vec<f32>>()
+    };
+    let (fine, coarse) = (across(256), across(7));
+    for (a, b) in fine.iter().zip(&coarse) {
+        assert!((a - b).abs() < 0.1 * fine[0], "{fine:?} {coarse:?}");
     }
 }
 

@@ -39,7 +39,7 @@ pub(crate) struct Render {
         value_name = "LIST",
         value_delimiter = ',',
         default_value = "front",
-        default_value_if("all", clap::builder::ArgPredicate::IsPresent, "quarter"),
+        default_value_if("all", "true", "quarter"),
         hide_default_value = true,
         conflicts_with = "sheet"
     )]

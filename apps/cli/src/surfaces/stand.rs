@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use deeptree_export::gltf::{GltfError, Stand};
+use deeptree_export::write_atomically;
 use rayon::prelude::*;
 
 use super::{Shape, is_stream, levels, options, shapes};
@@ -30,8 +31,8 @@ pub(crate) fn check(args: &MeshArgs) -> Result<(), UsageError> {
 /// Writes the trees, each at its place, to a file and what belongs to it.
 pub(crate) fn save(trees: &[Made], args: &MeshArgs, format: Format, path: &Path) -> Result<()> {
     if is_stream(path) {
-        let mut out = std::fs::OpenOptions::new().write(true).open(path)?;
-        return write(trees, args, &mut out);
+        write_atomically(path, |out| write(trees, args, out))?;
+        return Ok(());
     }
     let mut stand = Stand::beside(path, options(args))?;
     fill(&mut stand, trees, args, format)?;

@@ -19,13 +19,6 @@ pub(crate) struct Station {
     pub(crate) node: NodeId,
 }
 
-impl Station {
-    /// About the angle between the directions here and at another station, in radians.
-    pub(crate) fn bend(&self, other: &Self) -> f32 {
-        self.tangent.distance(other.tangent)
-    }
-}
-
 /// A point of the curve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sample {
@@ -38,6 +31,15 @@ pub(crate) struct Sample {
     pub(crate) slope: f32,
     /// The node of the internode.
     pub(crate) node: NodeId,
+}
+
+impl Sample {
+    /// About how far the curve turns on the way to a later point, in radians: to the chord, and on
+    /// from it. Where it bends to and fro, the directions at both ends alone do not tell.
+    pub(crate) fn turn(&self, to: &Self) -> f32 {
+        let chord = (to.position - self.position).try_normalize().unwrap_or(self.tangent);
+        self.tangent.distance(chord) + chord.distance(to.tangent)
+    }
 }
 
 /// The trunk's foot: the radius is multiplied by `1 + amount · exp(−s / length)`.

@@ -35,8 +35,8 @@ const THICK: f32 = 0.04;
 /// texture, which narrows with the limb.
 const TAPERED: f32 = 1.3;
 
-/// At most this many rings an internode for its bend.
-const MAX_RINGS: f32 = 16.0;
+/// How often an internode is halved for its bend.
+const HALVINGS: u32 = 4;
 
 /// At most this many rings an internode for its bark.
 const MAX_PIECES: f32 = 1000.0;
@@ -325,9 +325,12 @@ impl<'a> Sweep<'a> {
         let off = sample.position.distance_squared(from.position.lerp(to.position, share));
         let thinner = (from.radius + (to.radius - from.radius) * share - sample.radius).abs();
         let limit = self.options.axis_tolerance;
+        let (way, on) = (sample.position - from.position, to.position - sample.position);
+        // A tube without it has half of the bend from end to end as corners.
+        let corner = 0.5 * self.most_bend(sample.radius);
         off < limit * limit
             && thinner < 0.5 * self.options.tolerance
-            && from.tangent.distance(to.tangent) < 2.0 * self.most_bend(sample.radius)
+            && way.dot(on) > (1.0 - 0.5 * corner * corner) * way.length() * on.length()
             && !self.is_barked(sample.radius)
             && (sample.radius < THICK
                 || from.radius.max(to.radius) < TAPERED * from.radius.min(to.radius))
@@ -336,7 +339,7 @@ impl<'a> Sweep<'a> {
     /// The most that a limb may bend between two rings, in radians: thick wood shows its corners.
     fn most_bend(&self, radius: f32) -> f32 {
         let coarse = libm::sqrtf(self.options.axis_tolerance / 0.02);
-        (0.1 + 0.005 / radius) * coarse
+        (0.12 + 0.0015 / radius) * coarse
     }
 
     /// Whether wood of this radius gets rings for its fissures.
@@ -369,18 +372,32 @@ impl<'a> Sweep<'a> {
                 break;
             }
             let length = pair[1].s - pair[0].s;
-            // The arrow of an arc with this bend.
-            let bend = pair[0].bend(&pair[1]);
-            let arrow = bend * length / 8.0;
-            let pieces = libm::sqrtf(arrow / self.options.axis_tolerance)
-                .max(bend / self.most_bend(pair[1].radius))
-                .min(MAX_RINGS);
-            let barked = if self.is_barked(pair[0].radius) { length / GRAIN } else { 1.0 };
-            let pieces = libm::ceilf(pieces.max(barked)).clamp(1.0, MAX_PIECES) as u32;
-            for k in 1..=pieces {
-                push(pair[0].s + length * k as f32 / pieces as f32, out);
+            if self.is_barked(pair[0].radius) {
+                let pieces = libm::ceilf(length / GRAIN).clamp(1.0, MAX_PIECES) as u32;
+                for k in 1..=pieces {
+                    push(pair[0].s + length * k as f32 / pieces as f32, out);
+                }
+            } else {
+                let (a, b) = (axis.at(pair[0].s), axis.at(pair[1].s));
+                self.halve(&a, &b, HALVINGS, &mut |s| push(s, out));
+                push(b.s, out);
             }
         }
+    }
+
+    /// Calls `push` for points between two of the axis: their middle and so on, until the axis does
+    /// not bend much between neighbours.
+    fn halve(&self, a: &Sample, b: &Sample, halvings: u32, push: &mut impl FnMut(f32)) {
+        let turn = a.turn(b);
+        // The arrow of an arc with this turn.
+        let arrow = turn * (b.s - a.s) / 8.0;
+        if halvings == 0 || turn < self.most_bend(b.radius) && arrow < self.options.axis_tolerance {
+            return;
+        }
+        let middle = self.axis.at(0.5 * (a.s + b.s));
+        self.halve(a, &middle, halvings - 1, push);
+        push(middle.s);
+        self.halve(&middle, b, halvings - 1, push);
     }
 
     /// The lowest ring of the trunk, and the disc below it.
