@@ -66,7 +66,8 @@ fn in_a_volume_shoots_turn_at_its_bounds_rather_than_end() {
             let Generated { tree, avoided, .. } = grown(&model, name, &site, seed, 512);
             assert!(tree.nodes()[1..].iter().all(|node| volume.admits(node.position)));
             assert!(avoided.redrawn > tree.len() as u64 / 10, "{name} {seed}: {avoided:?}");
-            assert!(avoided.given_up < tree.len() as u64 / 100, "{name} {seed}: {avoided:?}");
+            // A shoot that ends was drawn again eight times before, as one that turns was.
+            assert!(16 * avoided.given_up < avoided.redrawn, "{name} {seed}: {avoided:?}");
         }
     }
 }
