@@ -7,7 +7,7 @@ use crate::occupancy::Occupancy;
 
 /// Where branches can go.
 pub trait Room: core::fmt::Debug + Sync {
-    /// May the edge of a node run from `base` to `tip`, in metres?
+    /// What is in the way of an edge from `base` to `tip`, in metres?
     fn passage(&self, base: Vec3, tip: Vec3) -> Passage;
 }
 

@@ -50,7 +50,16 @@ impl<'a> Kept<'a> {
                 expected: "the name of a network of this kind",
             })
         };
-        Ok(Self { only: only.iter().map(number).collect::<Result<_, _>>()?, model, report })
+        let numbers: Vec<Network> = only.iter().map(number).collect::<Result<_, _>>()?;
+        let is_open = set.train_surroundings.iter().all(Option::is_none);
+        if numbers.contains(&Network::Outlook) && is_open {
+            return Err(TrainError::Option {
+                option: "only".into(),
+                value: "`outlook`".into(),
+                expected: "trees in scenes or volumes, from which it learns",
+            });
+        }
+        Ok(Self { only: numbers, model, report })
     }
 
     /// Checks that the networks of these trees can be used with the tables of the model: that turns
@@ -93,9 +102,10 @@ impl<'a> Kept<'a> {
         for (name, network) in networks {
             let network = NetworkReport { data_hash: data_hash.clone(), ..network };
             report = report.with(&name, network, weights)?;
-            if let Some(own) = options.networks.get(&name) {
-                report.options.networks.insert(name, own.clone());
-            }
+            match options.networks.get(&name) {
+                Some(own) => report.options.networks.insert(name, own.clone()),
+                None => report.options.networks.remove(&name),
+            };
         }
         Ok(report)
     }

@@ -301,8 +301,11 @@ impl Run<'_> {
             Some(kept) => WeightsBuilder::from_weights(kept.model),
             None => self.tables(tip_radius)?,
         };
-        for (name, table) in networks.iter().flat_map(|one| &one.tensors) {
-            model.table(name, table.clone());
+        for Finished { name, tensors, .. } in networks {
+            model.without(name);
+            for (name, table) in tensors {
+                model.table(name, table.clone());
+            }
         }
         model.to_bytes()
     }

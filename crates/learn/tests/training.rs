@@ -424,6 +424,18 @@ fn a_network_trained_anew_is_the_one_that_training_all_gives() {
     assert!(message(again(&set, "rotation9", &options)).contains("`rotation9`"));
     let other = TrainOptions { seed: 3, ..options.clone() };
     assert!(message(again(&set, "rotation1", &other)).contains("other options"));
+    assert!(message(again(&set, "outlook", &options)).contains("scenes or volumes"));
+    // Its own options may change; those of others may not.
+    let mut other = options.clone();
+    let own = other.networks.entry("rotation1".into()).or_default();
+    own.hidden = Some(vec![8]);
+    assert!(message(again(&set, "existence", &other)).contains("other options"));
+    let smaller = again(&set, "rotation1", &other).unwrap();
+    assert_eq!(smaller.report.options, other);
+    assert!(smaller.report.weight_count < full.report.weight_count);
+    other.networks.remove("rotation1");
+    let plain = again(&set, "rotation1", &other).unwrap();
+    assert_eq!(plain.report.options, other);
     set.data_hash = "other".into();
     let other = again(&set, "rotation1", &options).unwrap().report;
     let hash = |network: &str| other.networks[network].data_hash.clone();

@@ -1,4 +1,4 @@
-//! What the scanner did not see: the networks grow on where the points end.
+//! What the scanner did not see: the networks grow branches of which no point tells.
 //!
 //! At every internode of the skeleton, branchlets are drawn again and again. Those that have the
 //! children which the skeleton shows count for more. A child is grown where enough of the draws agree

@@ -42,7 +42,6 @@ pub(crate) fn relink(skeleton: &mut Skeleton, side: f32) {
         }
         let ahead = tree.towards(joint, |i| heirs[i as usize]);
         index.within(here, (WIDER * gap).min(WIDEST * side), &mut near);
-        near.sort_unstable();
         let mut best = (tree.cost(joint, ahead, own), own);
         for &other in near.iter().filter(|&&other| other != joint && other != own) {
             let cost = tree.cost(joint, ahead, other);
@@ -128,10 +127,10 @@ mod tests {
             skeleton.joints.push(Joint { position, parent, radius: 0.0 });
             skeleton.joints.len() as u32 - 1
         };
-        let stem: Vec<u32> = (1..=100).map(|i| push(Vec3::Y * (i as f32 * 0.1), i - 1)).collect();
-        let mut at = stem[49 + (10.0 * first) as usize];
-        for i in 0..10 {
-            at = push(Vec3::new(1.0, 1.0, 0.0) * (first + i as f32 * 0.1) + Vec3::Y * 5.0, at);
+        let stem: Vec<u32> = (1..=200).map(|i| push(Vec3::Y * (i as f32 * 0.05), i - 1)).collect();
+        let mut at = stem[99 + (20.0 * first) as usize];
+        for i in 0..30 {
+            at = push(Vec3::new(1.0, 1.0, 0.0) * (first + i as f32 * 0.035) + Vec3::Y * 5.0, at);
         }
         skeleton.owner[1] = at;
         skeleton
@@ -156,6 +155,12 @@ mod tests {
         for (i, joint) in (0..).zip(&skeleton.joints).skip(1) {
             assert!(joint.parent < i);
         }
+        let moved = |i: usize| {
+            let place = |s: &Skeleton| s.joints[s.joints[i].parent as usize].position;
+            before.joints[i].position == skeleton.joints[i].position
+                && place(&before) != place(&skeleton)
+        };
+        assert_eq!((1..before.joints.len()).filter(|&i| moved(i)).count(), 1);
         // What covers a point covers it still.
         let [old, new] = [&before, &skeleton].map(|s| s.joints[s.owner[1] as usize].position);
         assert_eq!((old, skeleton.owner[0]), (new, NONE));
@@ -164,7 +169,7 @@ mod tests {
     #[test]
     fn wood_without_gaps_stays_as_it_is() {
         let mut skeleton = twig(0.0);
-        skeleton.joints.truncate(101);
+        skeleton.joints.truncate(201);
         skeleton.owner.fill(NONE);
         let before = skeleton.joints.clone();
         relink(&mut skeleton, 100.0);

@@ -88,7 +88,7 @@ pub fn reconstruct(
     let mut prior = prior(&skeleton, &points, options, &mut work)?;
     let left_out = skeleton.owner.iter().filter(|&&owner| owner == NONE).count();
     let mut completed = match &prior {
-        Some(prior) => grow_on(&mut skeleton, prior, &mut work)?,
+        Some(prior) => grow_on(&mut skeleton, prior, low.y, &mut work)?,
         None => 0,
     };
     if let Some(prior) = prior.as_mut().filter(|_| options.complete) {

@@ -29,12 +29,19 @@ struct End {
     base: u32,
     /// Unit direction from there.
     front: Vec3,
-    /// Metres since the last fork, an internode at most, and the points along them.
+    /// Metres since the last fork, of the last internode or a step more, and the points along them.
     way: f32,
     points: u32,
 }
 
-/// Grows the ends of twigs on; returns how many joints were added.
+impl End {
+    /// How far it goes on, in metres.
+    fn step(&self, internode: f32) -> f32 {
+        (ON * internode).min(self.way / self.points.max(1) as f32)
+    }
+}
+
+/// Grows the ends of twigs on, but for what would hang lower than the points do; returns how many joints were added.
 ///
 /// # Errors
 ///
@@ -42,6 +49,7 @@ struct End {
 pub(crate) fn grow_on(
     skeleton: &mut Skeleton,
     prior: &Prior<'_>,
+    lowest: f32,
     work: &mut Workspace,
 ) -> Result<usize, Overflow> {
     let internode = prior.internode();
@@ -52,10 +60,11 @@ pub(crate) fn grow_on(
     let before = skeleton.joints.len();
     for (end, expected) in ends.iter().zip(&expected) {
         if expected.ln_density(end.front) > EXPECTED {
-            let on = (ON * internode).min(end.way / end.points.max(1) as f32);
             let Joint { position, radius, .. } = skeleton.joints[end.joint as usize];
-            let position = position + on * end.front;
-            skeleton.joints.push(Joint { position, parent: end.joint, radius });
+            let position = position + end.step(internode) * end.front;
+            if position.y >= lowest {
+                skeleton.joints.push(Joint { position, parent: end.joint, radius });
+            }
         }
     }
     Ok(skeleton.joints.len() - before)
@@ -92,6 +101,12 @@ fn ends(skeleton: &Skeleton, internode: f32) -> Vec<End> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_twig_goes_on_no_farther_than_its_points_lie_apart() {
+        let end = |way, points| End { joint: 1, base: 0, front: Vec3::X, way, points }.step(0.5);
+        assert_eq!([end(1.0, 0), end(1.0, 1), end(1.0, 10)], [0.15, 0.15, 0.1]);
+    }
 
     #[test]
     fn ends_are_told_by_what_is_behind_them() {

@@ -53,8 +53,12 @@ struct Look<'a> {
 /// A place that a ray met.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surface {
+    /// On its triangle.
     pub(crate) point: Vec3,
-    /// Of the triangle, on the side the ray came from.
+    /// From there to the round surface that its normals speak of: of wood seen from outside.
+    lift: Vec3,
+    /// Of the triangle, on the side the ray came from; of wood seen from outside, of the round
+    /// surface.
     pub(crate) normal: Vec3,
     /// Local frame of the shading: the last is its normal.
     frame: [Vec3; 3],
@@ -148,8 +152,9 @@ impl<'a> Scene<'a> {
     fn surface(&self, &Met { tree: number, ref hit }: &Met, towards: Vec3) -> Surface {
         let tree = &self.trees[number];
         let look = tree.look(hit.what);
-        let Corners { mut point, lift, edges: [b, c], mut normal, uv, uv_edges, label } =
+        let Corners { mut point, lift: round, edges: [b, c], mut normal, uv, uv_edges, label } =
             tree.corners(hit);
+        let mut lift = Vec3::ZERO;
         let mut flat = b.cross(c).try_normalize().unwrap_or(normal);
         let mut along_u = uv_edges[1].y * b - uv_edges[0].y * c;
         let mut along_v = uv_edges[0].x * c - uv_edges[1].x * b;
@@ -170,7 +175,7 @@ impl<'a> Scene<'a> {
             flat = -flat;
         } else if let What::Wood { .. } = hit.what {
             // Seen from outside, wood is as round as its normals say.
-            point += lift;
+            lift = round;
             flat = normal;
         }
         if shading.dot(flat) < 0.0 {
@@ -182,7 +187,9 @@ impl<'a> Scene<'a> {
         if facing < LEAST {
             shading = (shading + towards * (LEAST - facing)).try_normalize().unwrap_or(flat);
         }
-        Surface::new(point + tree.standing.at, flat, shading, look.bsdf(uv), label, number)
+        let bsdf = look.bsdf(uv);
+        let at = point + tree.standing.at;
+        Surface { lift, ..Surface::new(at, flat, shading, bsdf, label, number) }
     }
 }
 
@@ -323,7 +330,8 @@ impl<'a> Look<'a> {
 impl Surface {
     fn new(point: Vec3, flat: Vec3, shading: Vec3, bsdf: Bsdf, label: Label, tree: usize) -> Self {
         let (tangent, bitangent) = shading.any_orthonormal_pair();
-        Self { point, normal: flat, frame: [tangent, bitangent, shading], bsdf, label, tree }
+        let frame = [tangent, bitangent, shading];
+        Self { point, lift: Vec3::ZERO, normal: flat, frame, bsdf, label, tree }
     }
 
     /// The direction in which shading thinks the surface faces.
@@ -340,7 +348,7 @@ impl Surface {
         t * w.x + b * w.y + n * w.z
     }
 
-    /// Does the triangle agree with shading about the side a direction is on?
+    /// Does the surface agree with shading about the side a direction is on?
     pub(crate) fn agrees(&self, world: Vec3, local: Vec3) -> bool {
         world.dot(self.normal) * local.z > 0.0
     }
@@ -350,6 +358,6 @@ impl Surface {
         // Beyond the rounding of positions and of intersections so far from the origin.
         let gap = 2e-5 * self.point.abs().max_element().max(0.5);
         let side = if direction.dot(self.normal) < 0.0 { -gap } else { gap };
-        Ray::new(self.point + self.normal * side, direction)
+        Ray::new(self.point + self.lift + self.normal * side, direction)
     }
 }

@@ -7,7 +7,7 @@
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use laz::{LasZipDecompressor, LazItemType, LazVlr};
+use laz::{LasZipDecompressor, LazItem, LazItemType, LazVlr};
 
 use crate::error::ReadCloudError;
 
@@ -26,7 +26,10 @@ pub(super) fn unpack(
 ) -> Result<(), ReadCloudError> {
     let record = header.packing.as_deref().ok_or(LasError::Packing)?;
     let packing = LazVlr::from_buffer(record).map_err(|_| LasError::Packing)?;
-    if packing.items_size() != header.size as u64 {
+    // The library reads what an item is by its type and not by its size: where they disagree, it
+    // would take for the sizes of layers what is none.
+    let fits = |item: &LazItem| item.size() == size_of(item.item_type());
+    if packing.items_size() != header.size as u64 || !packing.items().iter().all(fits) {
         return Err(LasError::Packing.into());
     }
     // The library panics on some damaged files; nothing it has left half-done is used again.
@@ -63,6 +66,18 @@ fn each_point<R: Read + Send + Sync>(
         left_in_chunk = left_in_chunk.saturating_sub(1);
     }
     Ok(())
+}
+
+/// Bytes of an item in a point that is not packed.
+fn size_of(kind: LazItemType) -> u16 {
+    match kind {
+        LazItemType::Point10 => 20,
+        LazItemType::Point14 => 30,
+        LazItemType::GpsTime | LazItemType::RGBNIR14 => 8,
+        LazItemType::RGB12 | LazItemType::RGB14 => 6,
+        LazItemType::WavePacket13 | LazItemType::WavePacket14 => 29,
+        LazItemType::Byte(count) | LazItemType::Byte14(count) => count,
+    }
 }
 
 /// How many layers a chunk has; none in the older ways of packing.

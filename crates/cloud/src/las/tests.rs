@@ -149,6 +149,21 @@ fn hostile_headers_are_refused_without_taking_memory() {
     }
 }
 
+#[cfg(feature = "laz")]
+#[test]
+fn a_packing_of_items_of_other_sizes_than_theirs_is_refused() {
+    // A point of 30 bytes that is told to be a colour of 6 made the library read sizes elsewhere:
+    // a file of 627 bytes took 4 GB.
+    let mut bytes = written(&labelled([0.0; 3]), true);
+    let name = b"laszip encoded";
+    let record = bytes.windows(name.len()).position(|found| found == name).unwrap() + 52;
+    let first = record + 34;
+    assert_eq!(bytes[first..first + 4], [10, 0, 30, 0]);
+    bytes[first] = 11;
+    let error = read_bytes(&bytes).unwrap_err();
+    assert!(matches!(error, ReadCloudError::Las(LasError::Packing)), "{error}");
+}
+
 #[test]
 fn damaged_bytes_never_panic() {
     let hook = std::panic::take_hook();

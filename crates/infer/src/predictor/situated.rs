@@ -49,7 +49,7 @@ pub(super) struct Situated {
 }
 
 /// How often the swing of a child that would end below the ground, enter an obstacle or leave its
-/// volume is drawn, before the branch ends there, or in a volume turns back. The teacher has no such
+/// volume is drawn, before the branch ends there; or turns back, if the last of them would leave a volume. The teacher has no such
 /// node, and the learner seldom proposes one that is in the ground or in an obstacle.
 const ATTEMPTS: u64 = 8;
 

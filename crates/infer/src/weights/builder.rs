@@ -33,9 +33,15 @@ impl WeightsBuilder {
         }
     }
 
+    /// Leaves the network `name` out, with all its tensors.
+    pub fn without(&mut self, name: &str) -> &mut Self {
+        self.tables.retain(|tensor, _| !is_of(name, tensor));
+        self
+    }
+
     /// Takes the network `name` of another model, tensor by tensor, in the place of its own.
     pub fn network_of(&mut self, name: &str, other: &Weights) -> &mut Self {
-        self.tables.retain(|tensor, _| !is_of(name, tensor));
+        self.without(name);
         let own = other.tables.iter().filter(|(tensor, _)| is_of(name, tensor));
         self.tables.extend(own.map(|(tensor, table)| (tensor.clone(), table.clone())));
         self

@@ -479,3 +479,46 @@ impl Course for Outlook<'_> {
         Ok(tensors)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of the sum of losses by the outputs.
+    fn slopes<const N: usize>(
+        targets: [[f32; 2]; N],
+        outputs: [[f32; 2]; N],
+        deviations: [f32; 2],
+    ) -> Vec<f32> {
+        let device = Device::flex();
+        let tensor = |rows: [[f32; 2]; N]| {
+            let data = TensorData::new(rows.concat(), [N, 2]);
+            Tensor::<2>::from_data(data, &device).autodiff()
+        };
+        let outputs = tensor(outputs).require_grad();
+        let loss = losses(tensor(targets) - outputs.clone(), tensor([deviations; N])).sum();
+        mlp::values(outputs.grad_remove(&mut loss.backward()).unwrap())
+    }
+
+    #[test]
+    fn counts_are_fitted_by_their_mean_and_lengths_by_theirs() {
+        // Trees of 1 and of 9 nodes; and lengths of 0 and 2.
+        let d = 0.8;
+        let state = |count: f32| count.ln() / d;
+        let at = |count: f32| {
+            let outputs = [[state(count), 1.0]; 2];
+            slopes([[state(1.0), 0.0], [state(9.0), 2.0]], outputs, [d, 0.0])
+        };
+        let sums = |slopes: &[f32]| [slopes[0] + slopes[2], slopes[1] + slopes[3]];
+        let [count, length] = sums(&at(5.0));
+        assert!(count.abs() < 1e-5 && length.abs() < 1e-5, "{count} {length}");
+        // The mean of the logarithms is too few: more would cost less.
+        assert!(sums(&at(3.0))[0] < -0.5);
+    }
+
+    #[test]
+    fn lengths_that_are_far_off_have_the_slope_of_their_square() {
+        let slopes = slopes([[0.0, 1e3]], [[0.0, 0.0]], [1.0, 0.0]);
+        assert_eq!(slopes, [0.0, -2e3]);
+    }
+}

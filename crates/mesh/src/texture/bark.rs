@@ -6,14 +6,19 @@ use super::canvas::{Canvas, Pixel, Rgb, blend, scaled};
 use super::noise::{Noise, step};
 
 /// How the bark of a species breaks up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Relief {
     /// Smooth, with lenticels across and folds.
     Smooth,
     /// Ridges along the trunk between fissures.
     Ridges,
     /// Ridges that part and meet again around lozenges.
-    Interlaced,
+    Interlaced {
+        /// How much of the way between two fissures they take, 0 to 1.
+        gap: f32,
+        /// How deep cracks across the ridges are, as a share of the depth.
+        cracks: f32,
+    },
     /// Flat plates of several layers.
     Plates,
 }
@@ -26,10 +31,6 @@ pub(crate) struct Bark {
     pub(crate) plate: [f32; 2],
     /// Depth of the fissures.
     pub(crate) depth: f32,
-    /// How much of the way between two fissures they take where ridges interlace, 0 to 1.
-    pub(crate) gap: f32,
-    /// How deep cracks across interlaced ridges are, as a share of the depth.
-    pub(crate) cracks: f32,
     /// Of the outer surface.
     pub(crate) face: Rgb,
     /// Elsewhere on the outer surface.
@@ -59,7 +60,9 @@ pub(crate) fn paint(side: u32, bark: &Bark, noise: Noise) -> Canvas {
         let point = match bark.relief {
             Relief::Smooth => smooth(p, counts, bark.depth, noise),
             Relief::Ridges => ridges(p, counts, bark.depth, noise),
-            Relief::Interlaced => interlaced(p, counts, bark, noise),
+            Relief::Interlaced { gap, cracks } => {
+                interlaced(p, counts, (bark.depth, gap, cracks), noise)
+            }
             Relief::Plates => plates(p, counts, bark.depth, noise),
         };
         let face = blend(bark.face, bark.stain, point.stain.clamp(0.0, 1.0));
@@ -109,7 +112,12 @@ fn ridges([x, y]: [f32; 2], [across, up]: [i32; 2], depth: f32, noise: Noise) ->
 
 /// Two families of fissures that cross aslant and fade out here and there, so that the ridges
 /// between them part and meet again; cracks across break ridges into blocks.
-fn interlaced([x, y]: [f32; 2], [across, up]: [i32; 2], bark: &Bark, noise: Noise) -> Point {
+fn interlaced(
+    [x, y]: [f32; 2],
+    [across, up]: [i32; 2],
+    (depth, gap, cracks): (f32, f32, f32),
+    noise: Noise,
+) -> Point {
     let bend = cloud(noise.other(1), [x, y], [3, 3], 3);
     let other = cloud(noise.other(2), [x, y], [4, 3], 3);
     let fray = cloud(noise.other(3), [x, y], [2 * across, 2 * up], 3);
@@ -119,8 +127,8 @@ fn interlaced([x, y]: [f32; 2], [across, up]: [i32; 2], bark: &Bark, noise: Nois
     let first = line(0.5 * (u + v) + 0.65 * bend + 0.12 * fray);
     let second = line(0.5 * (u - v) + 0.65 * other - 0.12 * fray);
     let fades = cloud(noise.other(8), [x, y], [across / 2, up], 2);
-    let wide = bark.gap + 0.16 * fray;
-    let cut = |far: f32, fade: f32| step(wide, 0.25 * bark.gap, far) * step(-0.35, 0.05, fade);
+    let wide = gap + 0.16 * fray;
+    let cut = |far: f32, fade: f32| step(wide, 0.25 * gap, far) * step(-0.35, 0.05, fade);
     let stands = 1.0 - cut(first, fades).max(cut(second, 0.1 - fades));
     let lines = cloud(noise.other(4), [x + 0.012 * bend, y], [5 * across, 2 * up], 4);
     let rough = cloud(noise.other(5), [x, y], [96, 72], 3);
@@ -128,7 +136,7 @@ fn interlaced([x, y]: [f32; 2], [across, up]: [i32; 2], bark: &Bark, noise: Nois
     let flakes = [3 * across, up];
     let at = [3.0 * u + 1.2 * bend + 0.4 * fray, v + 1.5 * other + 0.2 * fray];
     let flake = noise.other(6).cells(at, flakes, 0.95, [1.0, 3.0]);
-    let (split, block) = if bark.cracks > 0.0 {
+    let (split, block) = if cracks > 0.0 {
         let at = [u + 0.8 * bend + 0.2 * fray, 4.0 * v + 2.5 * other + 0.6 * fray];
         let size = [1.0 / across as f32, 0.25 / up as f32];
         let block = noise.other(9).cells(at, [across, 4 * up], 0.9, size);
@@ -140,13 +148,13 @@ fn interlaced([x, y]: [f32; 2], [across, up]: [i32; 2], bark: &Bark, noise: Nois
     let round = 0.3 * (first.min(second) - 0.4);
     let level = round + 0.14 * lines + 0.07 * rough + 0.12 * (flake.id - 0.5)
         - 0.16 * crack
-        - bark.cracks * (split - 0.3 * (block - 0.5));
+        - cracks * (split - 0.3 * (block - 0.5));
     let deep = 1.0 - stands * (1.0 + level) - 0.08 * (1.0 - stands) * lines;
     let tone = cloud(noise.other(7), [x, y], [4, 3], 4);
     let out = (0.04 + 0.96 * step(0.05, 0.85, stands)) * (1.0 - 0.30 * crack);
     Point {
-        deep: bark.depth * deep,
-        out: out * (1.0 - 1.4 * bark.cracks.min(0.5) * split),
+        deep: depth * deep,
+        out: out * (1.0 - 1.4 * cracks.min(0.5) * split),
         stain: 0.45 + 0.6 * tone + 0.25 * lines + 0.4 * (0.6 - stands),
         grain: 0.4 * lines + 0.4 * rough + 0.25 * (flake.id - 0.5),
     }
@@ -214,12 +222,12 @@ fn smooth([x, y]: [f32; 2], [across, up]: [i32; 2], depth: f32, noise: Noise) ->
 mod tests {
     use super::*;
 
+    const INTERLACED: Relief = Relief::Interlaced { gap: 0.46, cracks: 0.2 };
+
     const BARK: Bark = Bark {
         relief: Relief::Ridges,
         plate: [0.06, 0.3],
         depth: 0.02,
-        gap: 0.46,
-        cracks: 0.2,
         face: [0.3; 3],
         stain: [0.2; 3],
         fissure: [0.05; 3],
@@ -229,7 +237,7 @@ mod tests {
     /// Across the edges of the texture, neighbours differ as they do anywhere in it.
     #[test]
     fn bark_goes_on_at_the_opposite_edge() {
-        for relief in [Relief::Smooth, Relief::Ridges, Relief::Interlaced, Relief::Plates] {
+        for relief in [Relief::Smooth, Relief::Ridges, INTERLACED, Relief::Plates] {
             let side = 256usize;
             let canvas = paint(side as u32, &Bark { relief, ..BARK }, Noise::new(4, 1));
             let at = |column: usize, row: usize| canvas.pixels[row % side * side + column % side];
@@ -250,7 +258,7 @@ mod tests {
 
     #[test]
     fn fissures_are_as_deep_as_they_are_said_to_be() {
-        for relief in [Relief::Ridges, Relief::Interlaced, Relief::Plates] {
+        for relief in [Relief::Ridges, INTERLACED, Relief::Plates] {
             let canvas = paint(256, &Bark { relief, ..BARK }, Noise::new(4, 1));
             let heights = canvas.pixels.iter().map(|pixel| pixel.height);
             let (low, high) = heights.fold((f32::MAX, f32::MIN), |(a, b), h| (a.min(h), b.max(h)));
