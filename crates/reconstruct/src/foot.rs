@@ -60,8 +60,8 @@ pub(crate) fn foot(
     }
     let flat: Vec<Vec2> = group.iter().map(|&i| level(points[i as usize])).collect();
     let mean = flat.iter().sum::<Vec2>() / flat.len() as f32;
-    // A stem is seldom thicker than a twelfth of the tree's height.
-    let most = (high.y - low.y) / 12.0;
+    // The diameter of a stem is seldom more than a twelfth of the tree's height.
+    let most = (high.y - low.y) / 24.0;
     let circle = circle::fit(&flat)
         .filter(|c| c.arc >= 0.2 && c.error < 0.25 * c.radius && c.radius < most)
         .filter(|c| c.centre.distance(mean) < 1.2 * c.radius);
