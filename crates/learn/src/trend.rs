@@ -282,7 +282,7 @@ mod tests {
         let step = |age: f32| if age >= 20.0 { -1.0 } else { 0.0 };
         trees.iter_mut().for_each(|tree| tree.state[1] += step(tree.age));
         for row in Survey::new(&trees).trend().chunks_exact(TREND_COLUMNS) {
-            let expected = state(row[0].into(), row[1].into())[1] + f64::from(step(row[0]));
+            let expected = state(row[0].into(), row[1].into())[1] + step(row[0]);
             let off = (f64::from(row[3]) - expected).abs();
             let is_beside = (18.0..22.0).contains(&row[0]);
             assert!(off < if is_beside { 0.5 } else { 0.15 }, "{row:?}: {expected}");
