@@ -41,7 +41,8 @@ impl End {
     }
 }
 
-/// Grows the ends of twigs on, but for what would hang lower than the points do; returns how many joints were added.
+/// Grows the ends of twigs on, but for what would hang lower than the points do; returns how many
+/// joints were added.
 ///
 /// # Errors
 ///

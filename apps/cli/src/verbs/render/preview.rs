@@ -24,7 +24,8 @@ pub(crate) fn check(out: &Out) -> Result<(), UsageError> {
     }
 }
 
-/// Writes the preview of a tree, where one is asked for: as meshes are, with the same leaves, but without fissures of bark and even texels.
+/// Writes the preview of a tree, where one is asked for: as meshes are, with the same leaves, but
+/// without fissures of bark and even texels.
 pub(crate) fn take(out: &Out, tree: &BranchGraph) -> Result<()> {
     picture(out, &[(tree, Vec3::ZERO)], View::Front)
 }
