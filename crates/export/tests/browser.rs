@@ -30,24 +30,7 @@ fn browser() -> Option<(PathBuf, PathBuf)> {
         eprintln!("skipped: chromium not found");
         return None;
     };
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("three");
-    if folder.join("node_modules/puppeteer-core/package.json").exists() {
-        return Some((folder, browser));
-    }
-    std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("package.json"), "{}").unwrap();
-    let install = Command::new("npm")
-        .args(["install", "--no-audit", "--no-fund", "--prefix"])
-        .arg(&folder)
-        .args(PACKAGES)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status();
-    let installed = install.is_ok_and(|status| status.success());
-    if !installed {
-        eprintln!("skipped: npm could not install {PACKAGES:?}");
-    }
-    installed.then_some((folder, browser))
+    Some((common::npm::install(&PACKAGES)?, browser))
 }
 
 /// What three.js makes of files, a row each; none where there is no browser.

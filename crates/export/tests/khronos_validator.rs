@@ -19,33 +19,6 @@ use deeptree_mesh::{Mesh, WoodOptions, wood};
 
 const PACKAGE: &str = "gltf-validator@2.0.0-dev.3.10";
 
-/// The folder with the installed package; none, with a line about it, where that cannot be had.
-fn validator() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("gltf-validator");
-    if folder.join("node_modules/gltf-validator/package.json").exists() {
-        return Some(folder);
-    }
-    std::fs::create_dir_all(&folder).unwrap();
-    let install = Command::new("npm")
-        .args(["install", "--no-audit", "--no-fund", "--no-save", "--prefix"])
-        .arg(&folder)
-        .arg(PACKAGE)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status();
-    match install {
-        Ok(status) if status.success() => Some(folder),
-        Ok(_) => {
-            eprintln!("skipped: npm could not install {PACKAGE}");
-            None
-        }
-        Err(_) => {
-            eprintln!("skipped: npm not found");
-            None
-        }
-    }
-}
-
 /// A file, and what is to be found in it.
 struct Sample {
     path: PathBuf,
@@ -207,7 +180,7 @@ fn stands(samples: &mut Samples) {
 
 #[test]
 fn glb_files_pass_the_khronos_validator() {
-    let Some(installed) = validator() else { return };
+    let Some(installed) = common::npm::install(&[PACKAGE]) else { return };
     let mut samples = Samples { folder: tempfile::tempdir().unwrap(), all: Vec::new() };
     bare(&mut samples);
     dressed(&mut samples);

@@ -3,6 +3,8 @@
 #![allow(dead_code, reason = "each test uses some of it")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+pub(crate) mod npm;
+
 use deeptree_graph::testing::random_tree;
 use deeptree_graph::{BranchGraph, NodeId, Quat, Vec3};
 use deeptree_mesh::{Blade, Dressed, Foliage, Image, Leaf, Material, WoodOptions, wood};
