@@ -1,12 +1,11 @@
 //! What a model keeps when some of its networks are trained anew.
 
-use deeptree_infer::{ReadWeightsError, Table, Weights};
+use deeptree_graph::MAX_CHILDREN;
+use deeptree_infer::{ReadWeightsError, Weights};
 
+use crate::rotations::Rotations;
 use crate::tasks::Network;
 use crate::{NetworkReport, Report, TrainError, TrainOptions, TrainingSet};
-
-/// How far the tables of turns may be from those of the model, in deviations.
-const NEAR: f32 = 0.02;
 
 /// A model of such trees and the same options, whose other networks are kept.
 pub(crate) struct Kept<'a> {
@@ -62,29 +61,24 @@ impl<'a> Kept<'a> {
         Ok(Self { only: numbers, model, report })
     }
 
-    /// Checks that the networks of these trees can be used with the tables of the model: that turns
-    /// are told them in the same deviations, and tips in the same radii.
-    pub(crate) fn check_tables(&self, tables: &Weights) -> Result<(), TrainError> {
-        let both =
-            |name| Some((tables.any_table(name)?.values(), self.model.any_table(name)?.values()));
-        let scales = self.model.any_table("rotation_scale").map_or(&[][..], Table::values);
-        let is_near = |name| {
-            let Some((ours, theirs)) = both(name) else { return false };
-            let mut all = ours.iter().zip(theirs).zip(scales);
-            // What is exactly aligned depends on whether a slot has a mean swing at all.
-            let is_near = |a: f32, b: f32, scale: f32| {
-                (a - b).abs() <= NEAR * scale.max(0.01) && (a == 0.0) == (b == 0.0)
-            };
-            ours.len() == theirs.len() && all.all(|((&a, &b), &scale)| is_near(a, b, scale))
-        };
-        // Environments are not told by turns.
-        let is_of_turns = |&network: &Network| network != Network::Outlook;
-        let has_turns = tables.contains("rotation_scale") && self.only.iter().any(is_of_turns);
-        let turns = !has_turns || (is_near("rotation_mean") && is_near("rotation_scale"));
-        if turns && both("tip_radius").is_some_and(|(ours, theirs)| ours == theirs) {
+    /// Are all networks trained anew that read turns in deviations of their slots? Then these are told
+    /// anew as well.
+    pub(crate) fn tells_turns_anew(&self) -> bool {
+        let mut all = (0..MAX_CHILDREN).map(Network::Rotation);
+        all.all(|network| self.only.contains(&network))
+    }
+
+    /// How rotations lie in the slots of the model, where networks that read them are kept.
+    pub(crate) fn rotations(&self) -> Result<Option<Rotations>, ReadWeightsError> {
+        if self.tells_turns_anew() { Ok(None) } else { Rotations::of(self.model).map(Some) }
+    }
+
+    /// Checks that tips have the radii of the model, in which all networks read thicknesses.
+    pub(crate) fn check_tips(&self, radii: &[f32]) -> Result<(), TrainError> {
+        if self.model.any_table("tip_radius").is_some_and(|own| own.values() == radii) {
             return Ok(());
         }
-        let what = "rotations or tips lie otherwise in these trees; train all networks";
+        let what = "tips have other radii in these trees; train all networks";
         Err(TrainError::OtherModel { what })
     }
 

@@ -87,6 +87,9 @@ fn train_those(
         return Err(TrainError::MissingSpecies { species: set.species[missing].clone() });
     }
     let around = [&set.train_surroundings[..], &set.validation_surroundings];
+    if let Some(kept) = kept {
+        kept.check_tips(&tip_radius)?;
+    }
     let train = Corpus::new("training", &set.train, around[0], &species, &tip_radius);
     let validation = Corpus::new("validation", &set.validation, around[1], &judged, &tip_radius);
     train.check_open_field(&set.species)?;
@@ -95,17 +98,14 @@ fn train_those(
         Kind::Situated => {
             train.check_pipe_model()?;
             validation.check_pipe_model()?;
-            Some(Rotations::new(&train, set.species.len()))
+            let kept = kept.map(Kept::rotations).transpose()?.flatten();
+            Some(kept.unwrap_or_else(|| Rotations::new(&train, set.species.len())))
         }
     };
     checkpoint::open(checkpoints, set, &set.data_hash, options)?;
 
     let lesson = |corpus| Lesson::new(corpus, set.species.len(), rotations.as_ref(), options);
     let run = Run { set, options, train: lesson(&train), validation: lesson(&validation), kept };
-    if let Some(kept) = kept {
-        let tables = Weights::from_bytes(&run.tables(&tip_radius)?.to_bytes()?)?;
-        kept.check_tables(&tables)?;
-    }
     let networks = run.networks(checkpoints, progress)?;
     let weights = run.weights(&networks, &tip_radius)?;
     // What is written must be what inference reads.
@@ -287,7 +287,8 @@ impl Run<'_> {
         let mut model = WeightsBuilder::new(self.options.kind.into(), species);
         tables::write_common(&mut model, self.train.corpus, species, tip_radius)?;
         if let Some(rotations) = self.train.rotations {
-            tables::write_situated(&mut model, self.train.corpus, rotations)?;
+            tables::write_lengths(&mut model, self.train.corpus, rotations.slots.len())?;
+            tables::write_turns(&mut model, self.train.corpus, rotations)?;
         }
         Ok(model)
     }
@@ -301,6 +302,11 @@ impl Run<'_> {
             Some(kept) => WeightsBuilder::from_weights(kept.model),
             None => self.tables(tip_radius)?,
         };
+        if let (Some(rotations), Some(true)) =
+            (self.train.rotations, self.kept.map(Kept::tells_turns_anew))
+        {
+            tables::write_turns(&mut model, self.train.corpus, rotations)?;
+        }
         for Finished { name, tensors, .. } in networks {
             model.without(name);
             for (name, table) in tensors {

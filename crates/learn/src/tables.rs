@@ -99,16 +99,25 @@ pub(crate) fn write_common(
     Ok(())
 }
 
-/// Writes the tables of kind `situated`: laws of lengths and rolls, and how rotations lie.
-pub(crate) fn write_situated(
+/// Writes the laws of lengths.
+pub(crate) fn write_lengths(
+    model: &mut WeightsBuilder,
+    corpus: &Corpus<'_>,
+    species: usize,
+) -> Result<(), ReadWeightsError> {
+    let lengths = lengths(corpus, species);
+    model.table("lengths", Table::new(vec![species, LENGTH_ORDERS, SCORES], lengths)?);
+    Ok(())
+}
+
+/// Writes the laws of rolls, and how rotations lie.
+pub(crate) fn write_turns(
     model: &mut WeightsBuilder,
     corpus: &Corpus<'_>,
     rotations: &Rotations,
 ) -> Result<(), ReadWeightsError> {
     let slots = &rotations.slots;
     let species = slots.len();
-    let lengths = lengths(corpus, species);
-    model.table("lengths", Table::new(vec![species, LENGTH_ORDERS, SCORES], lengths)?);
     model.table("rolls", Table::new(vec![species, SCORES], rolls(corpus, rotations))?);
     let mean = slots.iter().flatten().flat_map(|slot| slot.mean.extend(slot.roll).to_array());
     let scale =

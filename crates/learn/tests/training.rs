@@ -13,7 +13,7 @@ use deeptree_graph::signature::inheritance::{self, Inheritance, REACH_LEN, share
 use deeptree_graph::signature::paper;
 use deeptree_graph::signature::situated::{self, Branching, CLASSES};
 use deeptree_graph::signature::{TreeConditions, tip_count};
-use deeptree_graph::{BranchGraph, Quat, TreeTraits, Vec2, Vec3, plans, senses};
+use deeptree_graph::{BranchGraph, NodeId, Quat, TreeTraits, Vec2, Vec3, plans, senses};
 use deeptree_infer::{Mlp, ModelKind, ROOT_COLUMNS, Scratch, SimdPath, Weights};
 use deeptree_learn::{
     Kind, NetworkOptions, Silent, TrainError, TrainEvent, TrainOptions, TrainProgress,
@@ -441,11 +441,42 @@ fn a_network_trained_anew_is_the_one_that_training_all_gives() {
     let hash = |network: &str| other.networks[network].data_hash.clone();
     assert_eq!([hash("existence"), hash("rotation1")], [None, Some("other".into())]);
     assert_eq!(other.data_hash, full.report.data_hash);
-    // Of half as many trees the laws are others.
+}
+
+#[test]
+fn turns_are_told_as_the_kept_networks_read_them_or_all_anew() {
+    let mut set = synthetic::set(4);
+    let options = TrainOptions { epochs: 1, steps_per_epoch: Some(3), ..tiny(Kind::Situated) };
+    let full = run(&set, &options);
+    let again = |set: &TrainingSet, only: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        let only: Vec<String> = only.iter().map(|&name| name.to_owned()).collect();
+        let kept = (&weights(&full), &full.report);
+        retrain(set, &options, &only, kept, folder.path(), &Silent)
+    };
+    // Of half as many trees the rotations lie a little otherwise.
     set.train.truncate(set.train.len() / 2);
     set.train_surroundings.truncate(set.train.len());
-    let message = message(again(&set, "rotation1", &options));
-    assert!(message.contains("lie otherwise"), "{message}");
+    let turns = |model: &TrainedModel| {
+        let model = weights(model);
+        ["rolls", "rotation_mean", "rotation_scale"].map(|table| model.any_table(table).cloned())
+    };
+    let half = run(&set, &options);
+    assert_ne!(turns(&half), turns(&full));
+    let two = again(&set, &["rotation1", "rotation3"]).unwrap();
+    assert_eq!(turns(&two), turns(&full));
+    let all = again(&set, &["rotation1", "rotation2", "rotation3"]).unwrap();
+    assert_eq!(turns(&all), turns(&half));
+    let lengths = |model: &TrainedModel| weights(model).any_table("lengths").cloned();
+    assert_eq!(lengths(&all), lengths(&full));
+    // Trees with thicker tips are of another kind to all networks.
+    for tree in &mut set.train {
+        for id in 0..tree.len() as NodeId {
+            tree.set_thickness(id, 2.0 * tree.node(id).thickness);
+        }
+    }
+    let message = again(&set, &["rotation1"]).unwrap_err().to_string();
+    assert!(message.contains("other radii"), "{message}");
 }
 
 #[test]

@@ -18,8 +18,8 @@ const ROTATIONS: &[&str] = &["rotation1", "rotation2", "rotation3"];
 const ALL: &[&str] =
     &["existence", "split", "reach", "size", "rotation1", "rotation2", "rotation3"];
 
-/// Epochs and steps an epoch of each network: a twelfth of what the model that ships gives its
-/// longest.
+/// Epochs and steps an epoch of each network: less than a tenth of what the model that ships gives
+/// its longest.
 const EPOCHS: u32 = 4;
 const STEPS_PER_EPOCH: u64 = 2_500;
 

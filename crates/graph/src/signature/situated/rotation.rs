@@ -47,7 +47,7 @@ pub struct RotationContext<'a> {
     pub earlier: &'a [Option<Sibling>],
 }
 
-/// How far a parent's own turn is told, in deviations.
+/// Up to where a parent's own turn is told as it is, in deviations.
 const MOST_OWN: f32 = 3.0;
 
 /// Encodes what the swing of a child depends on besides its parent: the branching, its tips, its
@@ -89,13 +89,12 @@ pub fn encode_rotation(
     w.put(log_size(plan.nodes));
     w.put(libm::logf((1 + plan.nodes) as f32 / tips as f32));
     w.put(roll);
-    // What is rare in a tree must not run away when one shoot bends after another.
-    let own_swing = own.swing.clamp(-Vec2::splat(MOST_OWN), Vec2::splat(MOST_OWN));
+    let own_swing = Vec2::new(told(own.swing.x), told(own.swing.y));
     w.put3(own_swing.extend(own.roll.clamp(-MOST_OWN, MOST_OWN)));
     let frame = node.orientation * slot.unswung(roll);
     let sags = [node.orientation, frame].map(sag);
     let ratio = if sags[0] > 0.02 { (sags[1] / sags[0]).min(3.0) } else { 0.0 };
-    w.put((own_swing.x * ratio).clamp(-MOST_OWN, MOST_OWN));
+    w.put(told(own.swing.x * ratio));
     let into = frame.inverse();
     w.put3(into * Vec3::Y);
     w.put3(into * outward_from_axis(node.position));
@@ -112,6 +111,13 @@ pub fn encode_rotation(
         w.put3(turn.swing.extend(turn.roll));
     }
     debug_assert_eq!(w.at, rotation_len(earlier.len()));
+}
+
+/// A parent's swing in deviations, as it is told: beyond [`MOST_OWN`] by its logarithm, so that what is
+/// rare in a tree does not run away when one shoot bends after another.
+fn told(x: f32) -> f32 {
+    let beyond = (x.abs() / MOST_OWN).max(1.0);
+    x / beyond * (1.0 + libm::logf(beyond))
 }
 
 /// How far a shoot in this frame would sag, but for its biomass and its strength:
