@@ -141,7 +141,7 @@ impl TrainOptions {
         let epochs = |epochs| NetworkOptions { epochs: Some(epochs), ..NetworkOptions::default() };
         match kind {
             Kind::Situated => Self {
-                networks: [30, 12, 12, 4, 4, 4, 18]
+                networks: [30, 4, 4, 4, 4, 4, 18]
                     .into_iter()
                     .zip([
                         "rotation1",
