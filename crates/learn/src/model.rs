@@ -54,11 +54,13 @@ pub fn train(
 
 /// Trains some networks of a model anew, and keeps all else of it, with its figures. With the set that
 /// the model was made of this is what [`train`] gives, where nothing that the others learn has changed.
+/// Of other trees, turns are told in the deviations that the model has, unless all networks that read
+/// them are trained.
 ///
 /// # Errors
 ///
-/// As [`train`]; and when the model was made with other options (but for `workers`) or of trees whose
-/// rotations lie otherwise, or a network is none of its kind's.
+/// As [`train`]; and when the model was made with other options (but for `workers`) or of trees with
+/// other tips, or a network is none of its kind's.
 pub fn retrain(
     set: &TrainingSet,
     options: &TrainOptions,
