@@ -11,8 +11,8 @@ use crate::set::Corpus;
 /// and a law must have a width.
 const LEAST_DEVIATION: f64 = 1e-4;
 
-/// Least share of exactly aligned swings in a slot where that is a law: angles of their own are within
-/// [`ALIGNED`] of none once in a million shoots.
+/// Least share of exactly aligned swings in a slot where that is a law: shoots with an angle of their own
+/// are within [`ALIGNED`] of none, too, but seldom.
 const LEAST_ALIGNED: f64 = 1e-3;
 
 /// Centre and deviations of the rotations in each slot.
