@@ -1,9 +1,9 @@
 //! What branches that cannot grow leave to those that can.
 //!
 //! Where a child is given up at an obstacle, at the ground or beside the stem of a volume, the tips
-//! and nodes that it was to have pass to the nodes of its level that are to grow on: a crown that is stopped on one side grows on
-//! elsewhere. The pipe model is kept: what a branch has lost or gained, all below it
-//! have lost or gained too, and the root bears what it bore.
+//! and nodes that it was to have pass to the nodes of its level that are to grow on: a crown that is
+//! stopped on one side grows on elsewhere. The pipe model is kept: what a branch has lost or gained, all
+//! below it have lost or gained too, and the root bears what it bore.
 
 use deeptree_graph::signature::{thickness_of, tip_count};
 use deeptree_graph::{Balance, BranchGraph, NodeId};

@@ -118,8 +118,8 @@ impl TrainOptions {
     /// 10 000 steps, since 150 passes over all nodes are out of reach of a processor.
     ///
     /// For kind `situated` ours: growth is critical, so a bias of a hundredth in the number of
-    /// children is a tenth of the nodes; of the networks of nodes existence trains
-    /// longest.
+    /// children is a tenth of the nodes, and existence trains long; `rotation1`, whose laws are the
+    /// sharpest, longest.
     #[must_use]
     pub fn new(kind: Kind) -> Self {
         let situated = Self {
