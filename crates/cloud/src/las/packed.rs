@@ -3,26 +3,38 @@
 //! The library that unpacks them believes the sizes it reads. It gets an input that cannot seek, so
 //! that it does without the table of chunks, and the sizes of the layers of each chunk are looked at
 //! before it does.
+//!
+//! Its reader of times calls itself for each change of sequence, of which a damaged file can tell
+//! without end. Where times have a layer of their own they are left out. Elsewhere they are in
+//! between the rest; there the library runs on a large stack, of which the input looks how much is
+//! used up.
 
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::thread;
 
-use laz::{LasZipDecompressor, LazItem, LazItemType, LazVlr};
+use laz::{DecompressionSelection, LasZipDecompressor, LazItem, LazItemType, LazVlr};
 
 use crate::error::ReadCloudError;
 
 use super::LasError;
 use super::header::{Header, u32_at};
+use super::read::Take;
 
 /// The layers of a chunk have no more bytes: a hundred times what 50 000 points need, which is the
 /// usual chunk.
 const MOST_BYTES: u64 = 256 << 20;
 
+/// Stack to unpack on, and how much of it can be used up when the input is asked for more; in bytes.
+/// From one byte of input to the next the library calls itself 36 000 times at most: a symbol that
+/// repeats has 5 of 2¹⁵ parts left for the others, so it takes 2.2e-4 bits.
+const STACK: usize = 64 << 20;
+const MOST_STACK: usize = 16 << 20;
+
 /// Hands over the bytes of each point, as many as there are.
 pub(super) fn unpack(
     input: impl Read + Send + Sync,
     header: &Header,
-    take: &mut dyn FnMut(&[u8]) -> Result<(), ReadCloudError>,
+    take: &mut Take<'_>,
 ) -> Result<(), ReadCloudError> {
     let record = header.packing.as_deref().ok_or(LasError::Packing)?;
     let packing = LazVlr::from_buffer(record).map_err(|_| LasError::Packing)?;
@@ -32,21 +44,35 @@ pub(super) fn unpack(
     if packing.items_size() != header.size as u64 || !packing.items().iter().all(fits) {
         return Err(LasError::Packing.into());
     }
-    // The library panics on some damaged files; nothing it has left half-done is used again.
-    let work = AssertUnwindSafe(|| each_point(Ahead::new(input), packing, header, take));
-    catch_unwind(work).unwrap_or_else(|_| Err(LasError::Damaged.into()))
+    thread::scope(|scope| {
+        let work = || each_point(Ahead::new(input), packing, header, take);
+        let thread = thread::Builder::new().stack_size(STACK).spawn_scoped(scope, work)?;
+        // The library panics on some damaged files; nothing it has left half-done is used again.
+        thread.join().unwrap_or_else(|_| Err(LasError::Damaged.into()))
+    })
+}
+
+/// What is not skipped of a point: all that is read of it.
+fn selection() -> DecompressionSelection {
+    DecompressionSelection::base()
+        .decompress_z()
+        .decompress_classification()
+        .decompress_intensity()
+        .decompress_point_source_id()
+        .decompress_extra_bytes()
 }
 
 fn each_point<R: Read + Send + Sync>(
     input: Ahead<R>,
     packing: LazVlr,
     header: &Header,
-    take: &mut dyn FnMut(&[u8]) -> Result<(), ReadCloudError>,
+    take: &mut Take<'_>,
 ) -> Result<(), ReadCloudError> {
     let layers = layers(&packing);
     let mut chunk = u64::from(packing.chunk_size());
     let has_varying_chunks = packing.uses_variable_size_chunks();
-    let mut unpacker = LasZipDecompressor::new(input, packing).map_err(|_| LasError::Packing)?;
+    let mut unpacker = LasZipDecompressor::selective(input, packing, selection())
+        .map_err(|_| LasError::Packing)?;
     let mut point = vec![0; header.size];
     let mut left_in_chunk = 0;
     for _ in 0..header.count {
@@ -98,11 +124,20 @@ struct Ahead<R> {
     bytes: Vec<u8>,
     /// How many of them were read.
     read: usize,
+    /// Where the stack was when it was made.
+    stack: usize,
+}
+
+/// Where the stack is.
+#[inline(never)]
+fn stack() -> usize {
+    let here = 0u8;
+    std::ptr::from_ref(std::hint::black_box(&here)).addr()
 }
 
 impl<R: Read> Ahead<R> {
     fn new(input: R) -> Self {
-        Self { input, bytes: Vec::new(), read: 0 }
+        Self { input, bytes: Vec::new(), read: 0, stack: stack() }
     }
 
     /// How many points the next chunk has; none at the end of the input.
@@ -128,6 +163,9 @@ impl<R: Read> Ahead<R> {
 
 impl<R: Read> Read for Ahead<R> {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        if self.stack.abs_diff(stack()) > MOST_STACK {
+            return Err(io::Error::other("times change their sequence without end"));
+        }
         if self.read == self.bytes.len() {
             return self.input.read(out);
         }

@@ -11,6 +11,9 @@ use super::LasError;
 use super::extra::{self, Extra, i32_at};
 use super::header::{Header, SIZES, u16_at};
 
+/// Takes the bytes of a point.
+pub(super) type Take<'a> = dyn FnMut(&[u8]) -> Result<(), ReadCloudError> + Send + 'a;
+
 /// Reads the points of a LAS or LAZ file.
 ///
 /// Points that the header promises but the file does not have are counted as missing.
@@ -45,7 +48,7 @@ pub fn read(
 fn each_record(
     input: &mut impl Read,
     header: &Header,
-    take: &mut dyn FnMut(&[u8]) -> Result<(), ReadCloudError>,
+    take: &mut Take<'_>,
 ) -> Result<(), ReadCloudError> {
     let mut point = vec![0; header.size];
     for _ in 0..header.count {
@@ -62,17 +65,13 @@ fn each_record(
 fn unpack(
     input: impl Read + Send + Sync,
     header: &Header,
-    take: &mut dyn FnMut(&[u8]) -> Result<(), ReadCloudError>,
+    take: &mut Take<'_>,
 ) -> Result<(), ReadCloudError> {
     super::packed::unpack(input, header, take)
 }
 
 #[cfg(not(feature = "laz"))]
-fn unpack(
-    _: impl Read,
-    _: &Header,
-    _: &mut dyn FnMut(&[u8]) -> Result<(), ReadCloudError>,
-) -> Result<(), ReadCloudError> {
+fn unpack(_: impl Read, _: &Header, _: &mut Take<'_>) -> Result<(), ReadCloudError> {
     Err(LasError::NoLaz.into())
 }
 

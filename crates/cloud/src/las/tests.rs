@@ -164,6 +164,55 @@ fn a_packing_of_items_of_other_sizes_than_theirs_is_refused() {
     assert!(matches!(error, ReadCloudError::Las(LasError::Packing)), "{error}");
 }
 
+/// A packed file of this point format whose packed part is all ones: each number in it is the
+/// last that there is.
+#[cfg(feature = "laz")]
+fn all_ones(format: u8) -> Vec<u8> {
+    const LENGTH: u16 = 227;
+    const ONES: u32 = 1 << 18;
+    let packing = laz::LazVlrBuilder::default().with_point_format(format, 0).unwrap().build();
+    let mut record = Vec::new();
+    packing.write_to(&mut record).unwrap();
+    let mut bytes = vec![0; usize::from(LENGTH)];
+    let mut put = |at: usize, value: &[u8]| bytes[at..at + value.len()].copy_from_slice(value);
+    put(0, b"LASF");
+    put(24, &[1, 2]);
+    put(94, &LENGTH.to_le_bytes());
+    put(96, &(u32::from(LENGTH) + 54 + record.len() as u32).to_le_bytes());
+    put(100, &1u32.to_le_bytes());
+    put(104, &[format | 0x80]);
+    put(105, &(packing.items_size() as u16).to_le_bytes());
+    put(107, &1000u32.to_le_bytes());
+    (0..3).for_each(|axis| put(131 + 8 * axis, &0.01f64.to_le_bytes()));
+    let mut head = [0; 54];
+    head[2..16].copy_from_slice(b"laszip encoded");
+    head[18..20].copy_from_slice(&22204u16.to_le_bytes());
+    head[20..22].copy_from_slice(&(record.len() as u16).to_le_bytes());
+    bytes.extend(head);
+    bytes.extend(record);
+    // Where the table of chunks is, which nobody reads, and the first point.
+    bytes.extend(vec![0; 8 + packing.items_size() as usize]);
+    let layers = if format < 6 { 1 } else { 9 };
+    if layers > 1 {
+        bytes.extend(1000u32.to_le_bytes());
+        bytes.extend(ONES.to_le_bytes().repeat(layers));
+    }
+    bytes.extend(vec![0xff; ONES as usize * layers]);
+    bytes
+}
+
+#[cfg(feature = "laz")]
+#[test]
+fn times_that_change_their_sequence_without_end_take_no_stack() {
+    // The library calls itself for each change, a hundred thousand times in eight megabytes.
+    for format in [1, 3, 6, 7] {
+        match read_bytes(&all_ones(format)) {
+            Ok(Reading { cloud, .. }) => assert!(cloud.len() <= 1000),
+            Err(error) => assert!(matches!(error, ReadCloudError::Las(_)), "{format}: {error}"),
+        }
+    }
+}
+
 #[test]
 fn damaged_bytes_never_panic() {
     let hook = std::panic::take_hook();
