@@ -29,5 +29,5 @@ pub use predictor::{
     Predictor, ROOT_COLUMNS, Rank, Root, Settled, TREND_COLUMNS, Trend, Workspace,
 };
 pub use weights::{
-    BlendError, ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder, layer_names,
+    BlendError, ModelKind, ReadWeightsError, Table, Weights, WeightsBuilder, gain_name, layer_names,
 };

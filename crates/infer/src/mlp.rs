@@ -29,6 +29,12 @@ pub enum MlpError {
     WeightCount { given: usize, inputs: usize, outputs: usize },
     #[error("{given} biases for a layer of {outputs} outputs")]
     BiasCount { given: usize, outputs: usize },
+    #[error("{given} gains for {classes} classes of a layer of {outputs} outputs")]
+    GainCount { given: usize, classes: usize, outputs: usize },
+    #[error("layer {layer} has gains by {classes} classes, the network {inputs} inputs")]
+    Classes { layer: usize, classes: usize, inputs: usize },
+    #[error("layer {layer} is the last and has gains; only hidden layers have")]
+    LastGains { layer: usize },
     #[error("{part}[{index}] is {value}; every number of a network must be finite")]
     NotFinite { part: &'static str, index: usize, value: f32 },
 }
@@ -38,6 +44,8 @@ pub enum MlpError {
 pub struct Dense {
     outputs: usize,
     packed: Packed,
+    /// `[classes, outputs]`; empty of a layer without.
+    gains: Vec<f32>,
 }
 
 impl Dense {
@@ -65,7 +73,39 @@ impl Dense {
         }
         all_finite("weight", weight)?;
         all_finite("bias", bias)?;
-        Ok(Self { outputs, packed: pack(inputs, outputs, weight, bias) })
+        Ok(Self { outputs, packed: pack(inputs, outputs, weight, bias), gains: Vec::new() })
+    }
+
+    /// The layer with gains: the first inputs of the *network*, a one-hot of `classes`, scale what the
+    /// rectifier leaves of its outputs, `y[o] · (1 + Σ_c x[c] · gains[c][o])`.
+    ///
+    /// # Shapes  gains: `[classes, outputs]`
+    ///
+    /// # Errors
+    ///
+    /// When the counts do not fit together or a number is not finite.
+    pub fn with_gains(self, classes: usize, gains: &[f32]) -> Result<Self, MlpError> {
+        let outputs = self.outputs;
+        if classes.checked_mul(outputs) != Some(gains.len()) {
+            return Err(MlpError::GainCount { given: gains.len(), classes, outputs });
+        }
+        all_finite("gain", gains)?;
+        Ok(Self { gains: gains.to_vec(), ..self })
+    }
+
+    /// Classes that scale the outputs.
+    fn classes(&self) -> usize {
+        self.gains.len().checked_div(self.outputs).unwrap_or(0)
+    }
+
+    /// Scales the outputs of a row by the one-hot that the network's inputs begin with.
+    fn scale(&self, (indexes, inputs): (&[u32], &[f32]), outputs: &mut [f32]) {
+        let told = indexes.partition_point(|&index| (index as usize) < self.classes());
+        for (o, output) in outputs.iter_mut().enumerate().take(self.outputs) {
+            let gains =
+                indexes[..told].iter().map(|&class| self.gains[class as usize * self.outputs + o]);
+            *output *= gains.zip(inputs).fold(1.0, |sum, (gain, input)| sum + input * gain);
+        }
     }
 
     /// Values the layer reads of each row.
@@ -105,8 +145,8 @@ fn pack(inputs: usize, outputs: usize, weight: &[f32], bias: &[f32]) -> Packed {
     packed
 }
 
-/// A multilayer perceptron: dense layers with a rectifier (`v > 0 ? v : 0`) between them; the last
-/// layer is linear.
+/// A multilayer perceptron: dense layers with a rectifier (`v > 0 ? v : 0`) between them, and gains
+/// where they have some; the last layer is linear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mlp {
     layers: Vec<Dense>,
@@ -147,6 +187,13 @@ impl Mlp {
             if inputs != previous {
                 return Err(MlpError::Chain { layer, inputs, previous });
             }
+            let (classes, inputs) = (dense.classes(), layers[0].inputs());
+            if classes > inputs {
+                return Err(MlpError::Classes { layer, classes, inputs });
+            }
+            if classes > 0 && layer + 1 == layers.len() {
+                return Err(MlpError::LastGains { layer });
+            }
         }
         Ok(Self { layers })
     }
@@ -169,10 +216,11 @@ impl Mlp {
         self.layers.len()
     }
 
-    /// How many weights and biases the network has.
+    /// How many weights, biases and gains the network has.
     #[must_use]
     pub fn weight_count(&self) -> usize {
-        self.layers.iter().map(|dense| (dense.inputs() + 1) * dense.outputs()).sum()
+        let count = |dense: &Dense| (dense.inputs() + 1) * dense.outputs() + dense.gains.len();
+        self.layers.iter().map(count).sum()
     }
 
     /// Sends rows through the network, and gives its outputs, which live in `scratch`.
@@ -247,6 +295,7 @@ impl Mlp {
         for (index, dense) in self.layers.iter().enumerate() {
             let layer = &dense.packed;
             let last = index + 1 == self.layers.len();
+            let (given, first) = (inputs, rows.start);
             let (inputs, rows) =
                 if index == 0 { (inputs, rows.clone()) } else { (&scratch.active, 0..count) };
             kernels::run(
@@ -261,6 +310,12 @@ impl Mlp {
             );
             stride = layer.output_stride();
             if !last {
+                let values = &mut scratch.values[..count * stride];
+                if !dense.gains.is_empty() {
+                    for (row, values) in values.chunks_exact_mut(stride).enumerate() {
+                        dense.scale(given.row(first + row), values);
+                    }
+                }
                 // What pads the last panel is zero.
                 let values = &scratch.values[..count * stride];
                 scratch.active.clear();

@@ -61,6 +61,20 @@ fn a_network_worked_out_by_hand() {
     }
 }
 
+#[test]
+fn gains_scale_what_the_rectifier_leaves_by_the_class_of_the_row() {
+    let first = Dense::new(2, 3, &[1.0, -1.0, 0.5, 2.0, 1.0, -1.0], &[0.0, 0.25, 0.0]).unwrap();
+    let first = first.with_gains(1, &[1.0, -2.0, 0.5]).unwrap();
+    let second = Dense::new(3, 1, &[1.0, 10.0, 100.0], &[-1.0]).unwrap();
+    let mlp = Mlp::new(vec![first, second]).unwrap();
+    assert_eq!(mlp.weight_count(), 16);
+    // (1, 1) → (3, 0.25, 0) · (2, −1, 1.5) → 6 − 2.5 − 1; (0, −1) → (0, 0, 1) · 1 → 100 − 1.
+    for path in SimdPath::available() {
+        let mut scratch = Scratch::new();
+        assert_eq!(mlp.forward(path, &[1.0, 1.0, 0.0, -1.0], &mut scratch), [2.5, 99.0]);
+    }
+}
+
 /// SHA-256 of the output bits of a fixed pseudo-random network.
 const GOLDEN: &str = "81d07099b366ed0b72aefde0fe397af29c86754592295bc81f6174624ea0f36a";
 
@@ -113,6 +127,16 @@ fn numbers_that_are_no_network_are_refused() {
         Err(MlpError::EmptyLayer { layer: 0, inputs: 2, outputs: 0 })
     );
     assert!(matches!(Mlp::new(vec![dense(1, 20_000)]), Err(MlpError::TooWide { .. })));
+    let gained = |i, o, classes| dense(i, o).with_gains(classes, &vec![0.0; classes * o]).unwrap();
+    assert_eq!(
+        Mlp::new(vec![dense(2, 3), gained(3, 4, 3), dense(4, 1)]),
+        Err(MlpError::Classes { layer: 1, classes: 3, inputs: 2 })
+    );
+    assert_eq!(Mlp::new(vec![dense(2, 3), gained(3, 4, 1)]), Err(MlpError::LastGains { layer: 1 }));
+    let short = dense(2, 3).with_gains(2, &[0.0; 5]);
+    assert!(matches!(short, Err(MlpError::GainCount { given: 5, classes: 2, outputs: 3 })));
+    let bad = dense(1, 1).with_gains(1, &[f32::NAN]);
+    assert!(matches!(bad, Err(MlpError::NotFinite { part: "gain", index: 0, .. })));
     assert!(matches!(Dense::new(2, 2, &[0.0; 3], &[0.0; 2]), Err(MlpError::WeightCount { .. })));
     assert!(matches!(Dense::new(usize::MAX, 2, &[], &[0.0; 2]), Err(MlpError::WeightCount { .. })));
     assert!(matches!(Dense::new(2, 2, &[0.0; 4], &[0.0; 3]), Err(MlpError::BiasCount { .. })));

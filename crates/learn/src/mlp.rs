@@ -5,22 +5,37 @@
 
 use burn::tensor::{Device, Gradients, Tensor, TensorData, activation::relu, module::linear};
 use deeptree_graph::Draws;
-use deeptree_infer::{ReadWeightsError, Table, layer_names};
+use deeptree_infer::{ReadWeightsError, Table, gain_name, layer_names};
 
 /// Widths of the layers of a network, inputs first: `sizes.len() - 1` dense layers with ReLU
 /// between them and nothing after the last.
+///
+/// A network of several species can have gains: the first inputs, a one-hot of the species, scale
+/// what each hidden unit gives, `y = relu(x W + b) · (1 + s G)`, so that the species share what units
+/// look at and not how much it counts.
+///
+/// # Source
+///
+/// Perez et al. 2018, "FiLM: Visual reasoning with a general conditioning layer", without its shifts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Mlp {
     sizes: Vec<usize>,
+    /// Inputs that scale hidden units; 0 of a network without gains.
+    species: usize,
 }
 
 /// One dense layer of the flat parameters.
 ///
-/// # Shapes  weight: `[inputs, outputs]`, row-major; bias: `[outputs]`; weight before bias
+/// # Shapes
+///
+/// weight: `[inputs, outputs]`, row-major; bias: `[outputs]`; gains: `[species, outputs]`, row-major, of
+/// hidden layers; in this order
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct LayerSpan {
     pub(crate) inputs: usize,
     pub(crate) outputs: usize,
+    /// Rows of gains.
+    species: usize,
     /// Where the weight starts.
     pub(crate) start: usize,
 }
@@ -31,19 +46,35 @@ impl LayerSpan {
         self.start + self.inputs * self.outputs
     }
 
+    /// Where the gains start.
+    const fn gains(&self) -> usize {
+        self.bias() + self.outputs
+    }
+
     /// One past the last parameter.
     pub(crate) const fn end(&self) -> usize {
-        self.bias() + self.outputs
+        self.gains() + self.species * self.outputs
     }
 }
 
 /// The layers as tensors: what a forward pass reads and a backward pass gives gradients for.
-pub(crate) struct Layers(Vec<(Tensor<2>, Tensor<1>)>);
+pub(crate) struct Layers(Vec<Layer>);
+
+struct Layer {
+    weight: Tensor<2>,
+    bias: Tensor<1>,
+    gains: Option<Tensor<2>>,
+}
 
 impl Mlp {
     pub(crate) fn new(inputs: usize, hidden: &[usize], outputs: usize) -> Self {
         let sizes = std::iter::once(inputs).chain(hidden.iter().copied()).chain([outputs]);
-        Self { sizes: sizes.collect() }
+        Self { sizes: sizes.collect(), species: 0 }
+    }
+
+    /// The network with gains: its first inputs are a one-hot of so many species.
+    pub(crate) fn with_gains(self, species: usize) -> Self {
+        Self { species, ..self }
     }
 
     /// Widths of the layers, inputs first.
@@ -53,9 +84,10 @@ impl Mlp {
 
     /// The layers in the order of the flat parameters.
     pub(crate) fn spans(&self) -> impl Iterator<Item = LayerSpan> + '_ {
-        let mut start = 0;
-        self.sizes.windows(2).map(move |pair| {
-            let span = LayerSpan { inputs: pair[0], outputs: pair[1], start };
+        let (mut start, last) = (0, self.sizes.len() - 2);
+        self.sizes.windows(2).enumerate().map(move |(layer, pair)| {
+            let species = if layer < last { self.species } else { 0 };
+            let span = LayerSpan { inputs: pair[0], outputs: pair[1], species, start };
             start = span.end();
             span
         })
@@ -66,7 +98,7 @@ impl Mlp {
         self.spans().last().map_or(0, |span| span.end())
     }
 
-    /// Initial parameters: weights uniform in ±√(6 / inputs), biases 0.
+    /// Initial parameters: weights uniform in ±√(6 / inputs), biases and gains 0.
     ///
     /// # Source
     ///
@@ -94,22 +126,34 @@ impl Mlp {
             let [weight, bias] = layer_names(name, layer);
             let shape = vec![span.inputs, span.outputs];
             tensors.push((weight, Table::new(shape, flat[span.start..span.bias()].to_vec())?));
-            let values = flat[span.bias()..span.end()].to_vec();
+            let values = flat[span.bias()..span.gains()].to_vec();
             tensors.push((bias, Table::new(vec![span.outputs], values)?));
+            if span.species > 0 {
+                let shape = vec![span.species, span.outputs];
+                let gains = Table::new(shape, flat[span.gains()..span.end()].to_vec())?;
+                tensors.push((gain_name(name, layer), gains));
+            }
         }
         Ok(tensors)
     }
 
     /// Cuts the flat parameters into layers on `device`; they track gradients where it does.
     pub(crate) fn layers(&self, flat: &Tensor<1>, track: bool) -> Layers {
-        let leaf = |start, end| {
+        let part = |start, end| {
             let part = flat.clone().narrow(0, start, end - start);
             if track { part.autodiff() } else { part }
         };
+        let matrix = |start, rows, columns| {
+            let matrix = part(start, start + rows * columns).reshape([rows, columns]);
+            if track { matrix.require_grad() } else { matrix }
+        };
         let layers = self.spans().map(|span| {
-            let weight = leaf(span.start, span.bias()).reshape([span.inputs, span.outputs]);
-            let bias = leaf(span.bias(), span.end());
-            if track { (weight.require_grad(), bias.require_grad()) } else { (weight, bias) }
+            let bias = part(span.bias(), span.gains());
+            Layer {
+                weight: matrix(span.start, span.inputs, span.outputs),
+                bias: if track { bias.require_grad() } else { bias },
+                gains: (span.species > 0).then(|| matrix(span.gains(), span.species, span.outputs)),
+            }
         });
         Layers(layers.collect())
     }
@@ -119,11 +163,15 @@ impl Layers {
     /// # Shapes  inputs: `[batch, inputs]`; result: `[batch, outputs]`
     pub(crate) fn forward(&self, inputs: Tensor<2>) -> Tensor<2> {
         let last = self.0.len() - 1;
-        let mut x = inputs;
-        for (i, (weight, bias)) in self.0.iter().enumerate() {
+        let mut x = inputs.clone();
+        for (i, Layer { weight, bias, gains }) in self.0.iter().enumerate() {
             x = linear(x, weight.clone(), Some(bias.clone()));
             if i < last {
                 x = relu(x);
+            }
+            if let Some(gains) = gains {
+                let species = inputs.clone().narrow(1, 0, gains.dims()[0]);
+                x = x * (species.matmul(gains.clone()) + 1.0);
             }
         }
         x
@@ -131,10 +179,13 @@ impl Layers {
 
     /// The gradient of the flat parameters; `None` when the loss does not depend on some layer.
     pub(crate) fn gradient(&self, gradients: &mut Gradients) -> Option<Tensor<1>> {
-        let mut parts = Vec::with_capacity(2 * self.0.len());
-        for (weight, bias) in &self.0 {
+        let mut parts = Vec::with_capacity(3 * self.0.len());
+        for Layer { weight, bias, gains } in &self.0 {
             parts.push(weight.grad_remove(gradients)?.flatten::<1>(0, 1));
             parts.push(bias.grad_remove(gradients)?);
+            if let Some(gains) = gains {
+                parts.push(gains.grad_remove(gradients)?.flatten::<1>(0, 1));
+            }
         }
         Some(Tensor::cat(parts, 0))
     }
@@ -163,7 +214,7 @@ mod tests {
 
     #[test]
     fn burn_and_the_inference_kernels_give_the_same_outputs() {
-        let (net, rows) = (Mlp::new(37, &[64, 21], 9), 50);
+        let (net, rows) = (Mlp::new(37, &[64, 21], 9).with_gains(5), 50);
         let mut draws = draws(4);
         let parameters: Vec<f32> =
             (0..net.parameters()).map(|_| (0.2 * draws.normal()) as f32).collect();
@@ -175,8 +226,11 @@ mod tests {
         let burn = values(layers.forward(batch));
 
         let dense = net.spans().map(|span| {
-            let (weight, bias) = (&parameters[span.start..span.bias()], span.bias()..span.end());
-            Dense::new(span.inputs, span.outputs, weight, &parameters[bias]).unwrap()
+            let (weight, bias) = (span.start..span.bias(), span.bias()..span.gains());
+            let [weight, bias, gains] =
+                [weight, bias, span.gains()..span.end()].map(|part| &parameters[part]);
+            let dense = Dense::new(span.inputs, span.outputs, weight, bias).unwrap();
+            dense.with_gains(span.species, gains).unwrap()
         });
         let kernels = Kernels::new(dense.collect()).unwrap();
         let mut scratch = Scratch::new();
@@ -189,7 +243,7 @@ mod tests {
 
     #[test]
     fn initial_weights_have_the_variance_that_keeps_activations_alive() {
-        let net = Mlp::new(200, &[300], 10);
+        let net = Mlp::new(200, &[300], 10).with_gains(3);
         let flat = net.initial(&draws(1));
         for span in net.spans() {
             let weights = &flat[span.start..span.bias()];

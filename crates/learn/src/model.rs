@@ -279,6 +279,7 @@ impl Run<'_> {
         }
         let (train, validation) = (self.train.task(network), self.validation.task(network));
         let mlp = Mlp::new(train.inputs(), &hidden, train.outputs());
+        let mlp = if network.has_gains() { mlp.with_gains(species) } else { mlp };
         let unread = self.options.unread(network, species);
         Box::new(Dense { network, mlp, train, validation, batch, unread, seed, species, device })
     }
@@ -308,6 +309,10 @@ impl Run<'_> {
             (self.train.rotations, self.kept.map(Kept::tells_turns_anew))
         {
             tables::write_turns(&mut model, self.train.corpus, rotations)?;
+        }
+        if networks.iter().any(|network| network.name == Network::Existence.name()) {
+            let species = self.set.species.len();
+            tables::write_branchings(&mut model, self.train.corpus, species)?;
         }
         for Finished { name, tensors, .. } in networks {
             model.without(name);

@@ -1,12 +1,12 @@
 //! What a model knows besides its networks: laws that are tabulated, not learned.
 
 use deeptree_graph::signature::TreeConditions;
-use deeptree_graph::signature::situated::{LENGTH_ORDERS, MOST_SCORE};
-use deeptree_graph::{BranchGraph, MAX_CHILDREN};
+use deeptree_graph::signature::situated::{CLASSES, LENGTH_ORDERS, MOST_SCORE};
+use deeptree_graph::{BranchGraph, MAX_CHILDREN, NodeId};
 use deeptree_infer::{ROOT_COLUMNS, ReadWeightsError, Table, WeightsBuilder};
 
 use crate::rotations::Rotations;
-use crate::set::Corpus;
+use crate::set::{Corpus, Spot};
 
 /// Values that a law is kept by, at evenly spaced normal scores.
 const SCORES: usize = 65;
@@ -96,6 +96,30 @@ pub(crate) fn write_common(
             Table::new(vec![roots.len() / ROOT_COLUMNS, ROOT_COLUMNS], roots)?,
         );
     }
+    Ok(())
+}
+
+/// Writes the share of each class of branchings among the nodes of each species in the open field.
+pub(crate) fn write_branchings(
+    model: &mut WeightsBuilder,
+    corpus: &Corpus<'_>,
+    species: usize,
+) -> Result<(), ReadWeightsError> {
+    let mut counts = vec![[0u64; CLASSES]; species];
+    for (tree, around) in (0..).zip(corpus.surroundings) {
+        if around.is_some() {
+            continue;
+        }
+        let own = &mut counts[corpus.conditions[tree as usize].species];
+        for node in 0..corpus.trees[tree as usize].len() as NodeId {
+            own[corpus.shares(Spot { tree, node }).branching().class()] += 1;
+        }
+    }
+    let shares = counts.iter().flat_map(|own| {
+        let nodes = own.iter().sum::<u64>().max(1) as f64;
+        own.map(|count| (count as f64 / nodes) as f32)
+    });
+    model.table("branchings", Table::new(vec![species, CLASSES], shares.collect())?);
     Ok(())
 }
 

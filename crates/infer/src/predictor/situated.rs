@@ -38,6 +38,8 @@ pub(super) struct Situated {
     size: Mlp,
     /// One a slot.
     rotations: [Mlp; MAX_CHILDREN],
+    /// Which branchings a species has, by class: see [`LEAST_SHARE`].
+    usual: Vec<[bool; CLASSES]>,
     /// How rotations lie, by species and slot.
     slots: Vec<[Slot; MAX_CHILDREN]>,
     /// The law of an apical child's roll off its slot's, by species.
@@ -52,6 +54,11 @@ pub(super) struct Situated {
 /// volume is drawn, before the branch ends there; or turns back, if the last of them would leave a volume. The teacher has no such
 /// node, and the learner seldom proposes one that is in the ground or in an obstacle.
 const ATTEMPTS: u64 = 8;
+
+/// A branching that a smaller share of the nodes of its species have is not drawn. A network gives
+/// it some probability where it has seen little, such as near the ground: a twig of one tip whose
+/// only child is a lateral stood 60 times too often in oaks.
+const LEAST_SHARE: f32 = 1e-4;
 
 /// The tips that a node bears, and the nearest plan to its own that it can keep with them.
 fn tips_and_plan(active: &Active<'_>) -> (u32, Plan) {
@@ -131,12 +138,23 @@ impl Situated {
         let rolls = law("rolls", &[Some(species), None])?;
         let lengths = law("lengths", &[Some(species), Some(LENGTH_ORDERS), None])?;
         check_positive("lengths", lengths.values())?;
+        let usual = match weights.any_table("branchings") {
+            Some(_) => {
+                let shares = weights.table("branchings", &[Some(species), Some(CLASSES)])?;
+                let share = |species, class: usize| shares.row(species)[class];
+                let row =
+                    |species| std::array::from_fn(|class| share(species, class) >= LEAST_SHARE);
+                (0..species).map(row).collect()
+            }
+            None => vec![[true; CLASSES]; species],
+        };
         Ok(Self {
             existence: network(weights, "existence", features, CLASSES)?,
             split: network(weights, "split", features + SPLIT_LEN, SPLIT_OUTPUTS)?,
             reach: network(weights, "reach", features + REACH_LEN, REACH_OUTPUTS)?,
             size: network(weights, "size", features + SIZE_LEN, SPLIT_OUTPUTS)?,
             rotations: [rotation(0)?, rotation(1)?, rotation(2)?],
+            usual,
             slots: weights.slots()?,
             rolls,
             lengths,
@@ -225,12 +243,14 @@ impl Situated {
             let is_guess = heard.as_ref().is_some_and(|heard| heard.is_told(row));
             // What earlier draws have left may not be kept to the node.
             let allows = |class| plan.allows(Branching::from_class(class), tips);
-            let is_kept = (0..CLASSES).any(allows);
+            let usual = |class| allows(class) && self.usual[active.tree.species][class];
+            let (is_kept, is_usual) = ((0..CLASSES).any(allows), (0..CLASSES).any(usual));
             let fits = |class| Branching::from_class(class).fits(tips, plan.reach);
-            let possible = |class| match (is_guess, is_kept) {
-                (true, _) => Branching::from_class(class).is_ever_possible(),
-                (_, true) => allows(class),
-                (_, false) => fits(class),
+            let possible = |class| match (is_guess, is_usual, is_kept) {
+                (true, ..) => Branching::from_class(class).is_ever_possible(),
+                (_, true, _) => usual(class),
+                (_, _, true) => allows(class),
+                (_, _, false) => fits(class),
             };
             let class =
                 sampling::categorical(logits, possible, &mut draws).ok_or(Overflow { row })?;

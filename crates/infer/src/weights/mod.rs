@@ -13,6 +13,8 @@
 //! | `trend.<species>` | `[n, 10]` | not in all models: the mean state of a tree by age and gravitropism: age (cycles), gravitropism, the state of [`TreeTraits::state`](deeptree_graph::TreeTraits::state) |
 //! | `<network>.<layer>.weight` | `[inputs, outputs]` | layer = 0, 1, 2 … |
 //! | `<network>.<layer>.bias` | `[outputs]` | |
+//! | `<network>.<layer>.gain` | `[S, outputs]` | not of all: how much each hidden unit counts in each species, [`Dense::with_gains`] |
+//! | `branchings` | `[S, 32]` | not in all models of kind `situated`: the share of each class of branchings among the nodes of a species |
 //! | any other name | any | tables that a model kind asks for by name |
 
 mod blend;
@@ -243,8 +245,16 @@ impl Weights {
         let weight = self.table(&weight_name(network, layer), &[None, None])?;
         let &[inputs, outputs] = weight.shape() else { unreachable!("two dimensions, as asked") };
         let bias = self.table(&bias_name(network, layer), &[Some(outputs)])?;
-        Dense::new(inputs, outputs, weight.values(), bias.values())
-            .map_err(|source| ReadWeightsError::Network { network: network.into(), source })
+        let dense = Dense::new(inputs, outputs, weight.values(), bias.values());
+        let gains = gain_name(network, layer);
+        let dense = match self.any_table(&gains) {
+            Some(_) => {
+                let gains = self.table(&gains, &[Some(self.species.len()), Some(outputs)])?;
+                dense.and_then(|dense| dense.with_gains(gains.rows(), gains.values()))
+            }
+            None => dense,
+        };
+        dense.map_err(|source| ReadWeightsError::Network { network: network.into(), source })
     }
 }
 
@@ -252,6 +262,13 @@ impl Weights {
 #[must_use]
 pub fn layer_names(network: &str, layer: u32) -> [String; 2] {
     [weight_name(network, layer), bias_name(network, layer)]
+}
+
+/// What the tensor of the gains of a hidden layer is called, `[species, outputs]`: see
+/// [`Dense::with_gains`].
+#[must_use]
+pub fn gain_name(network: &str, layer: u32) -> String {
+    format!("{network}.{layer}.gain")
 }
 
 /// Is the tensor one of the network's?

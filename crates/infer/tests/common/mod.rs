@@ -1,6 +1,8 @@
 //! Pseudo-random networks.
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, reason = "shared by the tests")]
 
+pub mod situated;
+
 use deeptree_graph::{Draws, Lineage, Purpose, Seed};
 use deeptree_infer::{Dense, Mlp};
 

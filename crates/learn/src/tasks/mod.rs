@@ -96,10 +96,16 @@ impl Network {
         }
     }
 
+    /// Do its hidden units have gains by species? Its inputs begin with that of a node of kind
+    /// `situated`, whose first are the one-hot of the species.
+    pub(crate) const fn has_gains(self) -> bool {
+        matches!(self, Self::Existence | Self::Split | Self::Reach | Self::Size | Self::Rotation(_))
+    }
+
     /// Widths of the hidden layers, unless an option says otherwise.
     pub(crate) fn hidden(self) -> &'static [usize] {
         match self {
-            Self::Existence => &[128, 128],
+            Self::Existence => &[116, 116],
             Self::Split | Self::Reach | Self::Size => &[64, 64],
             Self::Rotation(0) => &[96, 96],
             Self::Rotation(_) => &[80, 80],
