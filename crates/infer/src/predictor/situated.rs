@@ -56,8 +56,8 @@ pub(super) struct Situated {
 const ATTEMPTS: u64 = 8;
 
 /// A branching that a smaller share of the nodes of its species have is not drawn. A network gives
-/// it some probability where it has seen little, such as near the ground: a twig of one tip whose
-/// only child is a lateral stood 60 times too often in oaks.
+/// it some probability where it has seen little, such as near the ground: twigs of one tip whose only
+/// child is a lateral stood 50 times too often in oaks.
 const LEAST_SHARE: f32 = 1e-4;
 
 /// The tips that a node bears, and the nearest plan to its own that it can keep with them.
