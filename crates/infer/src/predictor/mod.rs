@@ -258,7 +258,7 @@ pub struct Model {
 
 #[derive(Clone, Debug)]
 enum Networks {
-    Situated(Situated),
+    Situated(Box<Situated>),
     Paper(Paper),
     Joint(Joint),
 }
@@ -285,7 +285,7 @@ impl Model {
         let tip_radius = weights.table("tip_radius", &[Some(count)])?.values().to_vec();
         check_positive("tip_radius", &tip_radius)?;
         let networks = match weights.kind() {
-            ModelKind::Situated => Networks::Situated(Situated::new(weights)?),
+            ModelKind::Situated => Networks::Situated(Box::new(Situated::new(weights)?)),
             ModelKind::Paper => Networks::Paper(Paper::new(weights)?),
             ModelKind::Joint => Networks::Joint(Joint::new(weights)?),
         };
