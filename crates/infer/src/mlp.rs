@@ -101,10 +101,16 @@ impl Dense {
     /// Scales the outputs of a row by the one-hot that the network's inputs begin with.
     fn scale(&self, (indexes, inputs): (&[u32], &[f32]), outputs: &mut [f32]) {
         let told = indexes.partition_point(|&index| (index as usize) < self.classes());
+        let gains = |class: u32| &self.gains[class as usize * self.outputs..][..self.outputs];
+        if let &[class] = &indexes[..told] {
+            for (output, gain) in outputs.iter_mut().zip(gains(class)) {
+                *output *= 1.0 + inputs[0] * gain;
+            }
+            return;
+        }
         for (o, output) in outputs.iter_mut().enumerate().take(self.outputs) {
-            let gains =
-                indexes[..told].iter().map(|&class| self.gains[class as usize * self.outputs + o]);
-            *output *= gains.zip(inputs).fold(1.0, |sum, (gain, input)| sum + input * gain);
+            let told = indexes[..told].iter().zip(inputs);
+            *output *= told.fold(1.0, |sum, (&class, input)| sum + input * gains(class)[o]);
         }
     }
 
