@@ -1,4 +1,5 @@
-//! A model judges the trees that it has drawn itself: of these all that it says is right.
+//! A model judges the trees that it has drawn itself: of these all that it says is right, but that it
+//! leaves seldom branchings out.
 #![allow(clippy::unwrap_used, reason = "a test that cannot set its stage has failed")]
 
 use deeptree_generate::{Limits, Request, generate};
@@ -100,7 +101,7 @@ fn what_a_model_says_of_its_own_trees_comes_true() {
 }
 
 #[test]
-fn probabilities_are_masked_as_growth_masks_them() {
+fn probabilities_are_masked_as_plans_mask_them() {
     let model = Model::from_bytes(SITUATED).unwrap();
     for (tree, foretold) in trees(&model, 0, 3) {
         for (node, said) in tree.nodes().iter().zip(foretold) {

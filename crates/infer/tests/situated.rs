@@ -12,8 +12,11 @@ use deeptree_infer::{Model, Predictor, Table, WeightsBuilder};
 /// the species has no other; without the nodes that could not place all of them.
 fn drawn(usual: Branching) -> Vec<(bool, u8)> {
     let mut builder = WeightsBuilder::from_weights(&weights());
-    let mut shares = vec![0.0; SPECIES.len() * CLASSES];
-    shares.iter_mut().skip(usual.class()).step_by(CLASSES).for_each(|share| *share = 1.0);
+    // The others have all but this.
+    let mut shares = [[1.0; CLASSES], [0.9e-4; CLASSES], [1.0; CLASSES]];
+    shares.iter_mut().for_each(|own| own[usual.class()] = 0.9e-4);
+    shares[1][usual.class()] = 1e-4;
+    let shares = shares.as_flattened().to_vec();
     builder.table("branchings", Table::new(vec![SPECIES.len(), CLASSES], shares).unwrap());
     let model = Model::from_bytes(&builder.to_bytes().unwrap()).unwrap();
     let all = branchlets(&model, 1);

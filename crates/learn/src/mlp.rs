@@ -214,11 +214,16 @@ mod tests {
 
     #[test]
     fn burn_and_the_inference_kernels_give_the_same_outputs() {
-        let (net, rows) = (Mlp::new(37, &[64, 21], 9).with_gains(5), 50);
+        let (net, rows) = (Mlp::new(37, &[64, 21], 9).with_gains(5), 150);
         let mut draws = draws(4);
         let parameters: Vec<f32> =
             (0..net.parameters()).map(|_| (0.2 * draws.normal()) as f32).collect();
-        let inputs: Vec<f32> = (0..rows * 37).map(|_| draws.normal() as f32).collect();
+        let mut inputs: Vec<f32> = (0..rows * 37).map(|_| draws.normal() as f32).collect();
+        // Every second row begins with a one-hot.
+        for (row, inputs) in inputs.chunks_exact_mut(37).enumerate().step_by(2) {
+            inputs[..5].fill(0.0);
+            inputs[row / 2 % 5] = 1.0;
+        }
 
         let device = Device::flex();
         let batch = Tensor::from_data(TensorData::new(inputs.clone(), [rows, 37]), &device);

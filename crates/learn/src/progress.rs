@@ -14,7 +14,7 @@ pub enum TrainEvent {
         network: &'static str,
         /// Its training samples.
         samples: usize,
-        /// Its weights and biases.
+        /// Its weights, biases and gains.
         parameters: usize,
         /// Epochs that a checkpoint holds already.
         epochs_done: u32,

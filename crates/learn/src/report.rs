@@ -25,7 +25,7 @@ pub struct Report {
     pub validation_trees: usize,
     /// Time to train in seconds, the runs before a resume included.
     pub seconds: f64,
-    /// Weights and biases of all networks.
+    /// Weights, biases and gains of all networks.
     pub weight_count: usize,
     /// Size of the model file in bytes.
     pub bytes: usize,
@@ -124,7 +124,7 @@ pub(crate) fn hexadecimal(bytes: [u8; 32]) -> String {
 pub struct NetworkReport {
     /// Widths of the layers, inputs first.
     pub sizes: Vec<usize>,
-    /// Weights and biases.
+    /// Weights, biases and gains.
     pub weight_count: usize,
     /// Samples in the training trees.
     pub samples: usize,

@@ -162,6 +162,14 @@ fn situated_networks_find_the_law_of_the_trees() {
         let (mean, law) = (sum / f64::from(count), 1.0 - synthetic::GOES_ON[usize::from(order)]);
         assert!((mean - law).abs() < 0.04, "order {order}: {mean} instead of {law}, {count} nodes");
     }
+    // As a table: the ends of the first species among all its nodes.
+    let shares = weights.table("branchings", &[Some(set.species.len()), Some(CLASSES)]).unwrap();
+    let own = set.train.iter().filter(|tree| tree.info.species == set.species[0]);
+    let nodes: Vec<_> = own.flat_map(|tree| tree.nodes()).collect();
+    let ends = nodes.iter().filter(|node| node.child_count() == 0).count();
+    let told: f32 = shares.row(0)[..CLASSES / 8].iter().sum();
+    assert!((f64::from(told) - ends as f64 / nodes.len() as f64).abs() < 1e-6, "{told}");
+    assert!((shares.row(0).iter().sum::<f32>() - 1.0).abs() < 1e-5);
     let (mean, law) = (said.forks.0 / f64::from(said.forks.1), synthetic::FORKS);
     assert!((mean - law).abs() < 0.04, "forks: {mean} instead of {law}, {} nodes", said.forks.1);
     assert!(figure(&model, "existence", "children_excess").abs() < 0.02);

@@ -104,7 +104,8 @@ impl Rank {
 pub struct Foretold {
     /// Probability that there is a child.
     pub children: [f64; MAX_CHILDREN],
-    /// Probability of the true branching: all children and the dropped tips together.
+    /// Probability of the true branching: all children and the dropped tips together. Branchings that
+    /// are seldom in the species, which growth leaves out, count like others.
     pub branching: Option<f64>,
     /// Tips of a child, of those that are left for it and later ones.
     pub splits: [Option<Rank>; MAX_CHILDREN],

@@ -328,7 +328,7 @@ impl Model {
         }
     }
 
-    /// Weights and biases of all networks together.
+    /// Weights, biases and gains of all networks together.
     #[must_use]
     pub const fn weight_count(&self) -> usize {
         self.weight_count

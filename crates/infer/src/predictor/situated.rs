@@ -38,7 +38,7 @@ pub(super) struct Situated {
     size: Mlp,
     /// One a slot.
     rotations: [Mlp; MAX_CHILDREN],
-    /// Which branchings a species has, by class: see [`LEAST_SHARE`].
+    /// Which branchings are not seldom in a species, by class: see [`LEAST_SHARE`].
     usual: Vec<[bool; CLASSES]>,
     /// How rotations lie, by species and slot.
     slots: Vec<[Slot; MAX_CHILDREN]>,
@@ -55,8 +55,8 @@ pub(super) struct Situated {
 /// node, and the learner seldom proposes one that is in the ground or in an obstacle.
 const ATTEMPTS: u64 = 8;
 
-/// A branching that a smaller share of the nodes of its species have is not drawn. A network gives
-/// it some probability where it has seen little, such as near the ground: twigs of one tip whose only
+/// A branching that a smaller share of the nodes of its species have is drawn only where the plan
+/// leaves nothing else, or where points are heard, which make the plan a guess. A network gives it some probability where it has seen little, such as near the ground: twigs of one tip whose only
 /// child is a lateral stood 50 times too often in oaks.
 const LEAST_SHARE: f32 = 1e-4;
 

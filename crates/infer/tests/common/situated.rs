@@ -1,7 +1,7 @@
 //! A model of kind `situated` with random weights.
 
 use deeptree_graph::signature::inheritance::{REACH_LEN, REACH_OUTPUTS};
-use deeptree_graph::signature::situated::{self, LENGTH_ORDERS};
+use deeptree_graph::signature::situated::{self, CLASSES, LENGTH_ORDERS};
 use deeptree_graph::signature::size::SIZE_LEN;
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::testing::random_tree;
@@ -53,10 +53,14 @@ pub fn weights_of(straight_beeches: bool) -> Weights {
         builder.table(name, Table::new(shape.to_vec(), above).unwrap());
     };
     let species = SPECIES.len();
+    // Some branchings are seldom.
+    let shares = (0..species * CLASSES).map(|i| if i % 5 == 3 { 0.0 } else { 0.03 });
+    let shares = Table::new(vec![species, CLASSES], shares.collect());
     table("rotation_mean", &[species, MAX_CHILDREN, 3], 0.0);
     table("rotation_scale", &[species, MAX_CHILDREN, 3], 0.05);
     table("rolls", &[species, 65], 0.0);
     table("lengths", &[species, LENGTH_ORDERS, 65], 0.9);
+    builder.table("branchings", shares.unwrap());
     builder.table("tip_radius", Table::new(vec![species], vec![0.01, 0.01, 0.02]).unwrap());
     for (number, name) in SPECIES.into_iter().enumerate() {
         builder.table(format!("roots.{name}"), roots(number as f32));
