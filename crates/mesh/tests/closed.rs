@@ -25,6 +25,13 @@ proptest! {
 }
 
 #[test]
+fn where_rings_cross_no_triangle_is_none() {
+    // Found by the test above: one vertex of a ring stood at the very place of one of the ring before.
+    let tree = random_tree(11_903_926_446_726_529_444, 300);
+    check(&wood(&tree, &WoodOptions::lod(2))).unwrap();
+}
+
+#[test]
 fn a_tree_without_extent_is_a_burl() {
     let info = TreeInfo { species: "point".into(), age: 0, gravitropism: 0.0, seed: 0 };
     let root = ChildSignature { rotation: Quat::IDENTITY, thickness: 0.1, length: 0.0 };

@@ -25,6 +25,9 @@ const TAPER: f32 = 0.5;
 /// Nodes of one limb keep this distance, in radii: closer ones share a station.
 const SPACING: f32 = 0.5;
 
+/// Vertices of a ring keep this distance from those of the ring before, in radii.
+const NEAREST: f32 = 1e-4;
+
 /// Rings keep this distance from those that a band or an end needs, in radii.
 const CLOSE: f32 = 0.3;
 
@@ -265,6 +268,7 @@ impl<'a> Sweep<'a> {
 
     /// Writes the triangles between two rows.
     fn join(&mut self, low: &Row, high: &Row) {
+        self.part(low, high);
         let even = |row: &Row| row.angles.is_empty();
         let [from, to] = &mut self.angles;
         if !(even(low) && even(high)) || low.sides != high.sides {
@@ -296,6 +300,24 @@ impl<'a> Sweep<'a> {
         let next = self.row(row.ring.next(sample, section), sides, angles);
         self.join(row, &next);
         next
+    }
+
+    /// Moves the vertices of a row out that stand where those of the row before stand: where the axis
+    /// turns sharply on the spot, rings cross each other, and a triangle could be none.
+    fn part(&mut self, low: &Row, high: &Row) {
+        if low.sides != high.sides {
+            return;
+        }
+        let Ring { center, radius, .. } = high.ring;
+        for k in 0..=high.sides {
+            let before = self.mesh.positions[(low.first + k) as usize];
+            let place = &mut self.mesh.positions[(high.first + k) as usize];
+            if place.distance(before) < NEAREST * radius {
+                let digits = 8.0 * f32::EPSILON * place.abs().max_element();
+                let out = (*place - center).normalize_or(high.ring.along);
+                *place += out * (10.0 * NEAREST * radius).max(digits);
+            }
+        }
     }
 
     /// Rings after `row` up to, but not at, the point `end` of the axis: as many as the bends take.
@@ -472,7 +494,9 @@ impl<'a> Sweep<'a> {
         for sample in self.within(band) {
             let before = &rows[rows.len() - 1];
             let (ring, angles) = (before.ring.next(&sample, section), before.angles.clone());
-            rows.push(self.row(ring, sides, angles));
+            let next = self.row(ring, sides, angles);
+            self.part(before, &next);
+            rows.push(next);
         }
 
         self.taken.clear();
