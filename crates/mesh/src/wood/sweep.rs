@@ -25,7 +25,8 @@ const TAPER: f32 = 0.5;
 /// Nodes of one limb keep this distance, in radii: closer ones share a station.
 const SPACING: f32 = 0.5;
 
-/// Vertices of a ring keep this distance from those of the ring before, in radii.
+/// Vertices of a ring keep this distance from those below them of the ring before, where it has as many;
+/// in radii.
 const NEAREST: f32 = 1e-4;
 
 /// Rings keep this distance from those that a band or an end needs, in radii.
