@@ -19,10 +19,9 @@
 
 use std::cmp::Ordering;
 
-use deeptree_graph::{Draws, Quat, solve};
+use deeptree_graph::{Draws, Quat, cholesky, solve};
 use deeptree_infer::{Predictor, Root, Trend};
 
-use crate::algebra::cholesky;
 use crate::state::{
     BRANCHES, CROWN_RADIUS, HEIGHT, LENGTHS, LONGEST_PATH, MEAN_PATH, NODES, STATES, State, TIPS,
     TRUNK_LENGTH, state, with_state,

@@ -9,7 +9,6 @@
 #![forbid(unsafe_code)]
 
 mod aim;
-mod algebra;
 mod density;
 mod growing;
 mod legacy;
@@ -19,7 +18,7 @@ mod state;
 mod wish;
 
 use deeptree_graph::signature::GROWTH_SPACE;
-use deeptree_graph::{BranchGraph, Lineage, Occupancy, Purpose, Seed, TreeInfo, Vec3};
+use deeptree_graph::{BranchGraph, Kin, Lineage, Occupancy, Purpose, Seed, TreeInfo, Vec3};
 use deeptree_infer::{Predictor, Root, Workspace};
 use deeptree_scene::Site;
 
@@ -314,9 +313,19 @@ fn sprout<'a>(
         gravitropism: germ.root.gravitropism,
         seed: germ.seed.0,
     };
-    let conditions = germ.root.conditions(germ.species, model.tip_radius(germ.species));
+    let (tip_radius, kin) = (model.tip_radius(germ.species), model.kin(germ.species));
+    let conditions = germ.root.conditions(germ.species, tip_radius, kin, habit(germ.seed));
     let tree = BranchGraph::new(info, Vec3::ZERO, germ.root.signature);
     Ok(Growing::new(tree, conditions, germ.seed, site))
+}
+
+/// Habits are drawn within so many deviations.
+const MOST_HABIT: f64 = 2.5;
+
+/// The habit of a tree, in deviations: whatever it is told besides, its habit is independent of it.
+fn habit(seed: Seed) -> [f32; Kin::HABITS] {
+    let mut draws = seed.draws(Lineage::ROOT, Purpose::Habit);
+    std::array::from_fn(|_| draws.normal().clamp(-MOST_HABIT, MOST_HABIT) as f32)
 }
 
 /// Refuses roots that no tree starts from, as damaged files can hold.

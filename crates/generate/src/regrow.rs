@@ -128,7 +128,7 @@ fn conditions(model: &impl Predictor, tree: &BranchGraph) -> Result<TreeConditio
         ..Request::new(name, Seed(tree.info.seed))
     };
     aim::check(Stock::of(model, species), &request)?;
-    Ok(TreeConditions::of(tree, species, tip_radius))
+    Ok(TreeConditions::of(tree, species, tip_radius, model.kin(species)))
 }
 
 /// Refuses trees whose radii say nothing of what their nodes bear.

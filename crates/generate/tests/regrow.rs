@@ -199,7 +199,8 @@ fn branchlets(
 ) -> Vec<Branchlet> {
     let species = model.species().iter().position(|name| *name == tree.info.species).unwrap();
     let tip_radius = model.tip_radius(species);
-    let conditions = TreeConditions { traits, ..TreeConditions::of(tree, species, tip_radius) };
+    let own = TreeConditions::of(tree, species, tip_radius, model.kin(species));
+    let conditions = TreeConditions { traits, ..own };
     let mut lineages = vec![Lineage::ROOT; tree.len()];
     for (id, node) in tree.nodes().iter().enumerate().skip(1) {
         lineages[id] = lineages[node.parent.unwrap() as usize].child(node.slot);

@@ -145,7 +145,7 @@ mod tests {
     #[test]
     fn what_is_guessed_of_a_whole_tree_is_its_own_and_of_a_part_its_share() {
         let tree = random_tree(3, 300);
-        let all = TreeConditions { root_tips: 240, ..TreeConditions::of(&tree, 0, 0.01) };
+        let all = TreeConditions { root_tips: 240, ..TreeConditions::of(&tree, 0, 0.01, None) };
         let (tips, plan) = Plan::guessed(&all, 1.0, 20.4);
         assert_eq!((tips, plan), (240, Plan { reach: 20, nodes: tree.len() as u32 }));
         let (tips, plan) = Plan::guessed(&all, 0.25, 9.5);

@@ -56,6 +56,10 @@ pub enum Purpose {
     ChildSize = 38,
     /// How hard the trees around bear on a tree.
     Competition = 39,
+    /// What a tree's habit is.
+    Habit = 40,
+    /// The angle of a lateral in the plane of its bud.
+    BudAngle = 41,
     /// Initial weights of a network.
     InitialWeights = 64,
     /// Order of the branchlets in a training epoch.

@@ -38,6 +38,7 @@ fn children(weights: &Weights) -> [Option<ChildSignature>; MAX_CHILDREN] {
         tip_radius: 0.01,
         root_tips: tip_count(signature.thickness, 0.01),
         traits: TreeTraits::of(&tree),
+        standing: Default::default(),
     };
     let (lineage, seed) = (Lineage::ROOT, Seed(3));
     let sense = Sense::default();

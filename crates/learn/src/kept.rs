@@ -1,11 +1,11 @@
 //! What a model keeps when some of its networks are trained anew.
 
-use deeptree_graph::MAX_CHILDREN;
+use deeptree_graph::{Kin, MAX_CHILDREN};
 use deeptree_infer::{ReadWeightsError, Weights};
 
 use crate::rotations::Rotations;
 use crate::tasks::Network;
-use crate::{NetworkReport, Report, TrainError, TrainOptions, TrainingSet};
+use crate::{Kind, NetworkReport, Report, TrainError, TrainOptions, TrainingSet};
 
 /// A model of such trees and the same options, whose other networks are kept.
 pub(crate) struct Kept<'a> {
@@ -71,6 +71,18 @@ impl<'a> Kept<'a> {
     /// How rotations lie in the slots of the model, where networks that read them are kept.
     pub(crate) fn rotations(&self) -> Result<Option<Rotations>, ReadWeightsError> {
         if self.tells_turns_anew() { Ok(None) } else { Rotations::of(self.model).map(Some) }
+    }
+
+    /// Are all networks trained anew that read where trees stand among their kin? Then this is told anew as
+    /// well.
+    pub(crate) fn tells_standings_anew(&self) -> bool {
+        let mut all = Network::all(Kind::Situated).into_iter();
+        all.all(|network| network == Network::Outlook || self.only.contains(&network))
+    }
+
+    /// The laws by which trees stand among their kin, where networks that read it are kept.
+    pub(crate) fn kin(&self) -> Result<Option<Vec<Kin>>, ReadWeightsError> {
+        if self.tells_standings_anew() { Ok(None) } else { self.model.kin().map(Some) }
     }
 
     /// Checks that tips have the radii of the model, in which all networks read thicknesses.

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use burn::tensor::Device;
-use deeptree_graph::Seed;
+use deeptree_graph::{Kin, Seed};
 use deeptree_infer::{Model, ReadWeightsError, Table, Weights, WeightsBuilder};
 
 use crate::checkpoint;
@@ -92,8 +92,14 @@ fn train_those(
     if let Some(kept) = kept {
         kept.check_tips(&tip_radius)?;
     }
-    let train = Corpus::new("training", &set.train, around[0], &species, &tip_radius);
-    let validation = Corpus::new("validation", &set.validation, around[1], &judged, &tip_radius);
+    let kin = match (options.kind, kept.map(Kept::kin).transpose()?.flatten()) {
+        (Kind::Paper | Kind::Joint, _) => Vec::new(),
+        (Kind::Situated, Some(kept)) => kept,
+        (Kind::Situated, None) => tables::kin(&set.train, around[0], &species, &tip_radius),
+    };
+    let train = Corpus::new("training", &set.train, around[0], &species, &tip_radius, &kin);
+    let validation =
+        Corpus::new("validation", &set.validation, around[1], &judged, &tip_radius, &kin);
     train.check_open_field(&set.species)?;
     let rotations = match options.kind {
         Kind::Paper | Kind::Joint => None,
@@ -107,7 +113,8 @@ fn train_those(
     checkpoint::open(checkpoints, set, &set.data_hash, options)?;
 
     let lesson = |corpus| Lesson::new(corpus, set.species.len(), rotations.as_ref(), options);
-    let run = Run { set, options, train: lesson(&train), validation: lesson(&validation), kept };
+    let (lesson, judge) = (lesson(&train), lesson(&validation));
+    let run = Run { set, options, train: lesson, validation: judge, kin: &kin, kept };
     let networks = run.networks(checkpoints, progress)?;
     let weights = run.weights(&networks, &tip_radius)?;
     // What is written must be what inference reads.
@@ -172,6 +179,8 @@ struct Run<'a> {
     options: &'a TrainOptions,
     train: Lesson<'a>,
     validation: Lesson<'a>,
+    /// By species.
+    kin: &'a [Kin],
     kept: Option<&'a Kept<'a>>,
 }
 
@@ -292,6 +301,7 @@ impl Run<'_> {
         if let Some(rotations) = self.train.rotations {
             tables::write_lengths(&mut model, self.train.corpus, rotations.slots.len())?;
             tables::write_turns(&mut model, self.train.corpus, rotations)?;
+            tables::write_kin(&mut model, self.kin)?;
         }
         Ok(model)
     }
@@ -309,6 +319,9 @@ impl Run<'_> {
             (self.train.rotations, self.kept.map(Kept::tells_turns_anew))
         {
             tables::write_turns(&mut model, self.train.corpus, rotations)?;
+        }
+        if self.kept.is_some_and(Kept::tells_standings_anew) {
+            tables::write_kin(&mut model, self.kin)?;
         }
         if networks.iter().any(|network| network.name == Network::Existence.name()) {
             let species = self.set.species.len();

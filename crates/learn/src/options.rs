@@ -84,7 +84,7 @@ pub struct TrainOptions {
 #[serde(deny_unknown_fields, default)]
 pub struct NetworkOptions {
     /// Widths of the hidden layers; otherwise 160-160-160 for kind `paper`, and for kind `situated`
-    /// 116-116 (`existence`), 64-64 (`split`, `reach`, `size`), 96-96 (`rotation1`),
+    /// 106-106 (`existence`), 64-64 (`split`, `reach`, `size`), 96-96 (`rotation1`),
     /// 80-80 (`rotation2`, `rotation3`) and 48 (`outlook`, behind its convolutions).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hidden: Option<Vec<usize>>,
@@ -141,7 +141,7 @@ impl TrainOptions {
         let epochs = |epochs| NetworkOptions { epochs: Some(epochs), ..NetworkOptions::default() };
         match kind {
             Kind::Situated => Self {
-                networks: [30, 8, 8, 8, 12, 4, 18]
+                networks: [30, 12, 12, 8, 12, 4, 18]
                     .into_iter()
                     .zip([
                         "rotation1",

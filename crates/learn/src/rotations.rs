@@ -1,7 +1,7 @@
 //! How the rotations of a corpus lie, by species and slot.
 
 use deeptree_graph::signature::TreeConditions;
-use deeptree_graph::signature::situated::{ALIGNED, Slot, Turn, wrapped};
+use deeptree_graph::signature::situated::{ALIGNED, Slot, Turn, sag, wrapped};
 use deeptree_graph::{MAX_CHILDREN, Node, Quat, Vec2};
 use deeptree_infer::{ReadWeightsError, Weights};
 
@@ -35,7 +35,7 @@ impl Rotations {
         let mut squares = vec![[Squares::default(); MAX_CHILDREN]; species];
         corpus.each_child(|conditions, parent, child| {
             let turn = rotations.turn(conditions, parent, child);
-            squares[conditions.species][usize::from(child.slot)].add(turn);
+            squares[conditions.species][usize::from(child.slot)].add(child.slot, turn);
         });
         for (slots, squares) in rotations.slots.iter_mut().zip(squares) {
             for (slot, squares) in slots.iter_mut().zip(squares) {
@@ -130,9 +130,10 @@ struct Squares {
 }
 
 impl Squares {
-    fn add(&mut self, turn: Turn) {
+    fn add(&mut self, slot: u8, turn: Turn) {
         self.count += 1.0;
-        for (sum, x) in self.sum.iter_mut().zip([turn.swing.x, turn.swing.y, turn.roll]) {
+        let y = if slot > 0 { sag::heard(turn.swing.y, 1.0) } else { turn.swing.y };
+        for (sum, x) in self.sum.iter_mut().zip([turn.swing.x, y, turn.roll]) {
             *sum += f64::from(x) * f64::from(x);
         }
     }

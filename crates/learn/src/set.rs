@@ -3,7 +3,7 @@
 use deeptree_graph::signature::situated::Branching;
 use deeptree_graph::signature::{TreeConditions, tip_count};
 use deeptree_graph::{
-    BranchGraph, MAX_CHILDREN, Node, NodeId, Plan, Sense, plans, senses, senses_in,
+    BranchGraph, Kin, MAX_CHILDREN, Node, NodeId, Plan, Sense, plans, senses, senses_in,
 };
 use deeptree_scene::Site;
 
@@ -77,18 +77,19 @@ pub(crate) struct Spot {
 }
 
 impl<'a> Corpus<'a> {
-    /// `species` gives each tree's number in the set's list, `tip_radius` that of each species.
+    /// `species` gives each tree's number in the set's list, `tip_radius` and `kin` those of each
+    /// species; no kin where nothing reads a standing.
     pub(crate) fn new(
         part: &'static str,
         trees: &'a [BranchGraph],
         surroundings: &'a [Option<Surroundings>],
         species: &[usize],
         tip_radius: &[f32],
+        kin: &[Kin],
     ) -> Self {
-        let conditions = trees
-            .iter()
-            .zip(species)
-            .map(|(tree, &species)| TreeConditions::of(tree, species, tip_radius[species]));
+        let conditions = trees.iter().zip(species).map(|(tree, &species)| {
+            TreeConditions::of(tree, species, tip_radius[species], kin.get(species))
+        });
         let conditions: Vec<TreeConditions> = conditions.collect();
         let mut starts = vec![0];
         starts.extend(trees.iter().scan(0, |end, tree| {

@@ -1,10 +1,11 @@
 //! What a model knows besides its networks: laws that are tabulated, not learned.
 
-use deeptree_graph::signature::TreeConditions;
 use deeptree_graph::signature::situated::{CLASSES, LENGTH_ORDERS, MOST_SCORE};
-use deeptree_graph::{BranchGraph, MAX_CHILDREN, NodeId};
+use deeptree_graph::signature::{TreeConditions, tip_count};
+use deeptree_graph::{BranchGraph, Kin, Kinsman, MAX_CHILDREN, NodeId};
 use deeptree_infer::{ROOT_COLUMNS, ReadWeightsError, Table, WeightsBuilder};
 
+use crate::Surroundings;
 use crate::rotations::Rotations;
 use crate::set::{Corpus, Spot};
 
@@ -19,6 +20,29 @@ pub(crate) fn tip_radii(trees: &[BranchGraph], species: &[usize], count: usize) 
         radii[species] = thinnest.fold(radii[species], f32::min);
     }
     radii
+}
+
+/// The law by which the training trees of each species in the open field stand among each other.
+pub(crate) fn kin(
+    trees: &[BranchGraph],
+    surroundings: &[Option<Surroundings>],
+    species: &[usize],
+    tip_radius: &[f32],
+) -> Vec<Kin> {
+    let mut all = vec![Vec::new(); tip_radius.len()];
+    let open = trees.iter().zip(species).zip(surroundings).filter(|(_, around)| around.is_none());
+    for ((tree, &species), _) in open {
+        let tips = tip_count(tree.root().thickness, tip_radius[species]);
+        all[species].push(Kinsman::of(tree, tips));
+    }
+    all.iter().map(|trees| Kin::fit(trees).rounded()).collect()
+}
+
+/// Writes how trees stand among each other.
+pub(crate) fn write_kin(model: &mut WeightsBuilder, kin: &[Kin]) -> Result<(), ReadWeightsError> {
+    let rows = kin.iter().flat_map(Kin::to_row).collect();
+    model.table("kin", Table::new(vec![kin.len(), Kin::COLUMNS], rows)?);
+    Ok(())
 }
 
 /// The law of each edge length, by species and order, roots left out, in metres: what the vigour of
@@ -46,6 +70,21 @@ fn rolls(corpus: &Corpus<'_>, rotations: &Rotations) -> Vec<f32> {
         }
     });
     rolls.into_iter().flat_map(scores).collect()
+}
+
+/// The law of the angles of buds off the centre of their slot, by species and slot of laterals, in
+/// radians; of those that show them.
+fn buds(corpus: &Corpus<'_>, rotations: &Rotations) -> Vec<f32> {
+    let mut angles = vec![[const { Vec::new() }; MAX_CHILDREN - 1]; rotations.slots.len()];
+    corpus.each_child(|conditions, parent, child| {
+        let slot = &rotations.slots[conditions.species][usize::from(child.slot)];
+        if child.slot > 0 && slot.shows_bud(parent) {
+            let turn = rotations.turn(conditions, parent, child);
+            angles[conditions.species][usize::from(child.slot) - 1]
+                .push(turn.swing.x * slot.scale.x);
+        }
+    });
+    angles.into_iter().flatten().flat_map(scores).collect()
 }
 
 /// The values at [`SCORES`] normal scores, `x(Φ(z))` with z evenly from −[`MOST_SCORE`] to
@@ -134,7 +173,7 @@ pub(crate) fn write_lengths(
     Ok(())
 }
 
-/// Writes the laws of rolls, and how rotations lie.
+/// Writes the laws of rolls and of the angles of buds, and how rotations lie.
 pub(crate) fn write_turns(
     model: &mut WeightsBuilder,
     corpus: &Corpus<'_>,
@@ -143,6 +182,8 @@ pub(crate) fn write_turns(
     let slots = &rotations.slots;
     let species = slots.len();
     model.table("rolls", Table::new(vec![species, SCORES], rolls(corpus, rotations))?);
+    let buds = buds(corpus, rotations);
+    model.table("buds", Table::new(vec![species, MAX_CHILDREN - 1, SCORES], buds)?);
     let mean = slots.iter().flatten().flat_map(|slot| slot.mean.extend(slot.roll).to_array());
     let scale =
         slots.iter().flatten().flat_map(|slot| slot.scale.extend(slot.roll_scale).to_array());

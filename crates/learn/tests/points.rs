@@ -72,8 +72,8 @@ fn branchlets(
     path: SimdPath,
     batch: usize,
 ) -> Vec<Branchlet> {
-    let conditions =
-        TreeConditions { age: 30.0, ..TreeConditions::of(tree, 0, model.tip_radius(0)) };
+    let own = TreeConditions::of(tree, 0, model.tip_radius(0), model.kin(0));
+    let conditions = TreeConditions { age: 30.0, ..own };
     let plans = plans(tree);
     let senses = senses(tree, conditions.tip_radius, &plans);
     let active = |id: usize| Active {

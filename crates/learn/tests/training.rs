@@ -58,7 +58,7 @@ fn tiny(kind: Kind) -> TrainOptions {
 fn conditions(tree: &BranchGraph) -> TreeConditions {
     let species = usize::from(tree.info.species == "elm");
     let tip_radius = synthetic::TIP_RADIUS[species];
-    TreeConditions::of(tree, species, tip_radius)
+    TreeConditions::of(tree, species, tip_radius, None)
 }
 
 /// Mean predicted probabilities of existence, with the number of nodes: of an end at nodes with one

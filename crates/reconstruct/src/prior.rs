@@ -8,8 +8,8 @@
 
 use deeptree_graph::signature::{TreeConditions, thickness_of};
 use deeptree_graph::{
-    ChildSignature, CloudIndex, Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense, TreeInfo,
-    Vec3,
+    ChildSignature, CloudIndex, Kin, Lineage, Neighbourhood, Node, Plan, Quat, Seed, Sense,
+    TreeInfo, Vec3,
 };
 use deeptree_infer::{Active, Branchlet, Overflow, Predictor, Root, Workspace};
 
@@ -88,7 +88,12 @@ impl<'a> Prior<'a> {
         seed: Seed,
     ) -> Option<Self> {
         let root = Root::of_shape(model.roots(species), shape.crown_radius / shape.height)?;
-        let conditions = root.conditions(species, model.tip_radius(species));
+        let conditions = root.conditions(
+            species,
+            model.tip_radius(species),
+            model.kin(species),
+            [0.0; Kin::HABITS],
+        );
         let scale = root.traits.height / shape.height;
         let is_sound = scale.is_finite() && scale > 0.0;
         if !is_sound {

@@ -22,6 +22,7 @@ pub mod size;
 use glam::Vec3;
 
 use crate::graph::BranchGraph;
+use crate::kin::{Kin, Kinsman};
 use crate::traits::TreeTraits;
 
 /// Side of the growth space in metres: positions over this lie in the paper's unit cube.
@@ -42,20 +43,26 @@ pub struct TreeConditions {
     pub root_tips: u32,
     /// What the tree as a whole is like; kind `situated` only.
     pub traits: TreeTraits,
+    /// Where the tree stands among its kin; zeros where nothing is known of them. Kind `situated`
+    /// only.
+    pub standing: [f32; Kin::NUMBERS],
 }
 
 impl TreeConditions {
     /// Those of a finished tree, of species number `species`, whose twigs of one tip have the radius
-    /// `tip_radius`, in metres.
+    /// `tip_radius`, in metres, among its kin.
     #[must_use]
-    pub fn of(tree: &BranchGraph, species: usize, tip_radius: f32) -> Self {
+    pub fn of(tree: &BranchGraph, species: usize, tip_radius: f32, kin: Option<&Kin>) -> Self {
+        let root_tips = tip_count(tree.root().thickness, tip_radius);
+        let standing = kin.map(|kin| kin.standing(&Kinsman::of(tree, root_tips)));
         Self {
             age: tree.info.age as f32,
             gravitropism: tree.info.gravitropism,
             species,
             tip_radius,
-            root_tips: tip_count(tree.root().thickness, tip_radius),
+            root_tips,
             traits: TreeTraits::of(tree),
+            standing: standing.unwrap_or_default(),
         }
     }
 }
@@ -114,7 +121,9 @@ mod tests {
     fn conditions() -> TreeConditions {
         let traits = TreeTraits::of(&tree(0.0));
         let (species, tip_radius, root_tips) = (2, 0.01, 9);
-        TreeConditions { age: 35.0, gravitropism: -0.1, species, tip_radius, root_tips, traits }
+        let standing = std::array::from_fn(|i| 0.25 * i as f32 - 1.0);
+        let (age, gravitropism) = (35.0, -0.1);
+        TreeConditions { age, gravitropism, species, tip_radius, root_tips, traits, standing }
     }
 
     /// What has grown so far, turned by `yaw` about the vertical.
@@ -179,6 +188,7 @@ mod tests {
                 "a" => tree.age += 1.0,
                 "v" => tree.gravitropism += 0.1,
                 "traits" => tree.traits.nodes += 9.0,
+                "standing" => tree.standing[3] += 1.0,
                 "n" => node.thickness *= 3.0,
                 "reach" => (plan.reach, plan.nodes) = (plan.reach + 1, plan.nodes + 1),
                 "size" => plan.nodes += 1,

@@ -93,6 +93,7 @@ mod tests {
             tip_radius: 0.01,
             root_tips: 9,
             traits: TreeTraits::from_array([1.0; TreeTraits::COUNT]),
+            standing: Default::default(),
         };
         let features = |node: &Node, tree: &TreeConditions| {
             let mut out = vec![0.0; len(SPECIES)];

@@ -11,6 +11,7 @@
 
 mod branching;
 mod rotation;
+pub mod sag;
 mod turn;
 
 use glam::{Quat, Vec3};
@@ -25,6 +26,7 @@ pub use turn::{ALIGNED, Alignment, Slot, Turn, wrapped};
 use super::{TreeConditions, Writer, tip_count};
 use crate::crowding::{Crowd, Sense};
 use crate::graph::Node;
+use crate::kin::Kin;
 use crate::plan::Plan;
 use crate::surround::{NEIGHBOURS, Surround};
 use crate::traits::TreeTraits;
@@ -49,6 +51,7 @@ pub const fn len(species: usize) -> usize {
         + 2
         + 1
         + TreeTraits::COUNT
+        + Kin::NUMBERS
         + (2 + SMALL_TIPS + 1)
         + (1 + SMALL_REACH + 2)
         + (3 + SMALL_SURPLUS + 2)
@@ -74,13 +77,13 @@ const SENSE_LEN: usize = 3 + 3 + 3 + 2 * 4;
 const ENV_LEN: usize = NEIGHBOURS + 1 + 3;
 
 /// What [`encode`] writes, in its order, by the paper's symbols without subscripts where it has
-/// them; `traits` with the tips of the whole tree, `n` the node's tips, `reach` the
+/// them; `traits` with the tips of the whole tree, `standing` where it stands among its kin, `n` the node's tips, `reach` the
 /// longest path below, `size` all nodes below, `df` the distance to the
 /// last fork, `place` height and distance from the axis, `frame` what is told in the node's own
 /// frame, `sense` what has grown so far, `env` what stands around.
-pub const ATTRIBUTES: [&str; 19] = [
-    "s", "a", "v", "traits", "n", "reach", "size", "ds", "df", "dr", "o", "mp", "slot", "qp", "lp",
-    "place", "frame", "sense", "env",
+pub const ATTRIBUTES: [&str; 20] = [
+    "s", "a", "v", "traits", "standing", "n", "reach", "size", "ds", "df", "dr", "o", "mp", "slot",
+    "qp", "lp", "place", "frame", "sense", "env",
 ];
 
 /// Where the attribute of this name stands in [`encode`]; none for a name not in [`ATTRIBUTES`].
@@ -92,6 +95,7 @@ pub fn attribute(name: &str, species: usize) -> Option<std::ops::Range<usize>> {
         1,
         1,
         1 + TreeTraits::COUNT,
+        Kin::NUMBERS,
         2 + SMALL_TIPS + 1,
         1 + SMALL_REACH + 2,
         3 + SMALL_SURPLUS + 2,
@@ -115,7 +119,7 @@ pub fn attribute(name: &str, species: usize) -> Option<std::ops::Range<usize>> {
 
 /// Encodes one node, with what is to grow below it.
 ///
-/// In order: s, a, v; the tips and traits of the whole tree; ln N, 1/√N and a one-hot of small N;
+/// In order: s, a, v; the tips and traits of the whole tree, and where it stands; ln N, 1/√N and a one-hot of small N;
 /// the reach and a one-hot of it; the nodes below, those beyond the longest path with a one-hot, and
 /// the nodes by tip; d_s, the distance to the last fork and d_r, each as a number and a
 /// one-hot of whole metres; o, m_p and the slot as one-hots; q_p and l_p; height and distance from
@@ -145,6 +149,7 @@ pub fn encode(
     w.put(tree.age / 50.0);
     w.put(2.0 * tree.gravitropism);
     put_traits(&mut w, tree);
+    tree.standing.into_iter().for_each(|x| w.put(x));
 
     let tips = tip_count(node.thickness, tree.tip_radius);
     w.put(libm::logf(tips as f32) / 8.0);
@@ -218,6 +223,13 @@ fn log_size(nodes: u32) -> f32 {
 #[must_use]
 pub const fn traits(species: usize) -> std::ops::Range<usize> {
     species + 2..species + 3 + TreeTraits::COUNT
+}
+
+/// Where it stands among its kin in [`encode`], which follows its traits.
+#[must_use]
+pub const fn standing(species: usize) -> std::ops::Range<usize> {
+    let start = traits(species).end;
+    start..start + Kin::NUMBERS
 }
 
 /// What the whole tree is like, each number near 0 and spread by about 1 over trees.

@@ -40,7 +40,7 @@ impl<'a> KnownTree<'a> {
     #[must_use]
     pub fn new(model: &impl Predictor, species: usize, tree: &'a BranchGraph) -> Self {
         let tip_radius = model.tip_radius(species);
-        let conditions = TreeConditions::of(tree, species, tip_radius);
+        let conditions = TreeConditions::of(tree, species, tip_radius, model.kin(species));
         let plans = plans(tree);
         let senses = senses(tree, tip_radius, &plans);
         Self { tree, conditions, plans, senses }

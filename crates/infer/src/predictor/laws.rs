@@ -132,6 +132,20 @@ pub(super) fn swing(
     Some((chance, [Some(Rank::at(below_x()?)), Some(Rank::at(below_y))]))
 }
 
+/// Where a swing that is not aligned stands about y, whatever it is about x.
+pub(super) fn about_y(outputs: &[f32], y: f32) -> Option<Rank> {
+    const K: usize = ROTATION_COMPONENTS;
+    are_finite(outputs)?;
+    let weights = softmax(&outputs[..K], |_| true)?;
+    let of = |row: usize, i: usize| outputs[K + 3 + row * K + i];
+    let below = |i: usize| {
+        let with_x = f64::from(of(4, i));
+        let deviation = scale(of(3, i)) * libm::sqrt(1.0 + with_x * with_x);
+        weights[i] * normal((f64::from(y) - f64::from(of(1, i))) / deviation)
+    };
+    finite((0..K).map(below).sum()).map(|share| Rank::at(share.min(1.0)))
+}
+
 /// Where a value stands in a law given by its values at evenly spaced normal scores: see
 /// [`super::sampling::normal_score`].
 pub(super) fn of_scores(values: &[f32], x: f32) -> Rank {

@@ -11,7 +11,7 @@ mod situated;
 mod trend;
 
 use deeptree_graph::{
-    ChildSignature, CloudIndex, Lineage, MAX_CHILDREN, Node, Plan, Room, Seed, Sense,
+    ChildSignature, CloudIndex, Kin, Lineage, MAX_CHILDREN, Node, Plan, Room, Seed, Sense,
     signature::TreeConditions,
 };
 
@@ -199,6 +199,12 @@ pub trait Predictor: Sync {
         None
     }
 
+    /// The law by which trees of species number `species` stand among each other; none where the model
+    /// reads no standing.
+    fn kin(&self, _species: usize) -> Option<&Kin> {
+        None
+    }
+
     /// Radius of a tip of species number `species`, in metres.
     fn tip_radius(&self, species: usize) -> f32;
 
@@ -249,6 +255,8 @@ pub struct Model {
     tip_radius: Vec<f32>,
     roots: Vec<Vec<Root>>,
     trends: Vec<Option<Trend>>,
+    /// By species; empty where the model has none.
+    kin: Vec<Kin>,
     hash: [u8; 16],
     weight_count: usize,
     networks: Networks,
@@ -295,6 +303,7 @@ impl Model {
             species.iter().map(|name| roots::read(weights, name)).collect::<Result<_, _>>()?;
         let trends =
             species.iter().map(|name| Trend::read(weights, name)).collect::<Result<_, _>>()?;
+        let kin = weights.kin()?;
         let (outlook, competition) = match networks {
             Networks::Situated(_) => (Outlook::read(weights)?, Competition::read(weights)?),
             Networks::Paper(_) | Networks::Joint(_) => (None, None),
@@ -310,6 +319,7 @@ impl Model {
             tip_radius,
             roots,
             trends,
+            kin,
             hash,
             weight_count,
             networks,
@@ -365,6 +375,10 @@ impl Predictor for Model {
 
     fn trend(&self, species: usize) -> Option<&Trend> {
         self.trends[species].as_ref()
+    }
+
+    fn kin(&self, species: usize) -> Option<&Kin> {
+        self.kin.get(species)
     }
 
     fn tip_radius(&self, species: usize) -> f32 {

@@ -1,7 +1,7 @@
 //! The roots of the training trees: where a new tree starts.
 
 use deeptree_graph::signature::{TreeConditions, tip_count};
-use deeptree_graph::{ChildSignature, Quat, TreeTraits};
+use deeptree_graph::{ChildSignature, Kin, Quat, TreeTraits};
 
 use crate::weights::{ReadWeightsError, Weights, check_positive};
 
@@ -28,16 +28,27 @@ impl Root {
     }
 
     /// What all nodes of the tree that grows from it share, as one of species number `species`, whose
-    /// twigs of one tip have the radius `tip_radius`, in metres.
+    /// twigs of one tip have the radius `tip_radius`, in metres, among its kin, with this habit in
+    /// deviations.
     #[must_use]
-    pub fn conditions(&self, species: usize, tip_radius: f32) -> TreeConditions {
+    pub fn conditions(
+        &self,
+        species: usize,
+        tip_radius: f32,
+        kin: Option<&Kin>,
+        habit: [f32; Kin::HABITS],
+    ) -> TreeConditions {
+        let root_tips = tip_count(self.signature.thickness, tip_radius);
+        let place = (self.age, self.gravitropism);
+        let standing = kin.map(|kin| kin.standing_of(place, self.traits.state(root_tips), habit));
         TreeConditions {
             age: self.age,
             gravitropism: self.gravitropism,
             species,
             tip_radius,
-            root_tips: tip_count(self.signature.thickness, tip_radius),
+            root_tips,
             traits: self.traits,
+            standing: standing.unwrap_or_default(),
         }
     }
 }
@@ -99,7 +110,7 @@ mod tests {
         let of = |width| Root::of_shape(&roots, width).copied();
         assert_eq!([0.0, 0.4, 9.0].map(of), [0, 1, 2].map(|i| Some(roots[i])));
         assert_eq!(Root::of_shape(&[], 1.0), None);
-        let conditions = roots[0].conditions(4, 0.01);
+        let conditions = roots[0].conditions(4, 0.01, None, [0.0; Kin::HABITS]);
         // (0.03 / 0.01)² tips.
         assert_eq!((conditions.species, conditions.root_tips), (4, 9));
     }

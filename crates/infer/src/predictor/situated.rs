@@ -46,6 +46,9 @@ pub(super) struct Situated {
     rolls: Table,
     /// The law of lengths, by species and order.
     lengths: Table,
+    /// The law of the angles of buds off their slot's, by species and slot of laterals; none where
+    /// the networks of rotations tell them.
+    buds: Option<Table>,
     /// What corrects the networks by the points around a node.
     hearing: Option<Box<Hearing>>,
 }
@@ -138,6 +141,11 @@ impl Situated {
         let rolls = law("rolls", &[Some(species), None])?;
         let lengths = law("lengths", &[Some(species), Some(LENGTH_ORDERS), None])?;
         check_positive("lengths", lengths.values())?;
+        let laterals = [Some(species), Some(MAX_CHILDREN - 1), None];
+        let buds = match weights.any_table("buds") {
+            Some(_) => Some(law("buds", &laterals)?),
+            None => None,
+        };
         let usual = match weights.any_table("branchings") {
             Some(_) => {
                 let shares = weights.table("branchings", &[Some(species), Some(CLASSES)])?;
@@ -158,6 +166,7 @@ impl Situated {
             slots: weights.slots()?,
             rolls,
             lengths,
+            buds,
             hearing: Hearing::read(weights)?.map(Box::new),
         })
     }
@@ -504,6 +513,20 @@ impl Situated {
         &lengths[order * values..][..values]
     }
 
+    /// The law of the angle of the child in `slot`, in radians off its slot's, where it depends on
+    /// nothing else. Where points are heard, they say it.
+    fn bud_law(&self, slot: usize, active: &Active<'_>) -> Option<&[f32]> {
+        let Active { node, tree, points, .. } = active;
+        let buds = self.buds.as_ref()?;
+        let is_told =
+            slot > 0 && points.is_none() && self.slots[tree.species][slot].shows_bud(node);
+        is_told.then(|| {
+            let laws = buds.row(tree.species);
+            let values = laws.len() / (MAX_CHILDREN - 1);
+            &laws[(slot - 1) * values..][..values]
+        })
+    }
+
     /// The child in `slot`; nothing when the numbers overflow.
     fn place_child(
         &self,
@@ -521,7 +544,7 @@ impl Situated {
             &mut seed.draws(lineage, Purpose::ChildLength),
         );
         let law = self.slots[tree.species][slot];
-        let alignment = law.alignment(roll, node);
+        let (alignment, bud) = (law.alignment(roll, node), self.bud_law(slot, active));
         let passage = |rotation: Quat| {
             let tip = node.position + length * (node.orientation * (rotation * Vec3::NEG_Z));
             if tip.y < 0.0 {
@@ -540,6 +563,10 @@ impl Situated {
             // The first of these draws is the roll's.
             let mut draws = seed.draws(lineage, Purpose::ChildRotation).at(1 + attempt);
             turn.swing = sampling::swing(outputs, alignment, &mut draws)?;
+            if let Some(bud) = bud {
+                let mut draws = seed.draws(lineage, Purpose::BudAngle).at(attempt);
+                turn.swing.x = sampling::normal_score(bud, &mut draws) / law.scale.x;
+            }
             rotation = law.rotation(turn, node, tree.gravitropism);
             last = passage(rotation);
             if last == Passage::Free {

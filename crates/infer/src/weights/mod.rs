@@ -15,6 +15,8 @@
 //! | `<network>.<layer>.bias` | `[outputs]` | |
 //! | `<network>.<layer>.gain` | `[S, outputs]` | not of all: how much each hidden unit counts in each species, [`Dense::with_gains`] |
 //! | `branchings` | `[S, 32]` | not in all models of kind `situated`: the share of each class of branchings among the nodes of a species |
+//! | `kin` | `[S, 127]` | not in all models of kind `situated`: the law by which trees of a species stand among each other, [`Kin::to_row`] |
+//! | `buds` | `[S, 2, 65]` | not in all models of kind `situated`: the law of the angle of a lateral in the plane of its bud, by slot, at normal scores, in radians |
 //! | any other name | any | tables that a model kind asks for by name |
 
 mod blend;
@@ -26,7 +28,7 @@ use core::{fmt, str::FromStr};
 use std::collections::BTreeMap;
 
 use deeptree_graph::signature::situated::Slot;
-use deeptree_graph::{MAX_CHILDREN, Vec2};
+use deeptree_graph::{Kin, MAX_CHILDREN, Vec2};
 use safetensors::{Dtype, SafeTensors, tensor::Metadata};
 use sha2::{Digest, Sha256};
 
@@ -218,6 +220,22 @@ impl Weights {
         };
         let slots = |species| std::array::from_fn(|number| slot(species, number));
         Ok((0..species).map(slots).collect())
+    }
+
+    /// The laws by which trees stand among their kin, by species: the table `kin`, of
+    /// [`Kin::COLUMNS`] numbers a row. None where there is no such table.
+    ///
+    /// # Errors
+    ///
+    /// When it has another shape, or a row is no law.
+    pub fn kin(&self) -> Result<Vec<Kin>, ReadWeightsError> {
+        if self.any_table("kin").is_none() {
+            return Ok(Vec::new());
+        }
+        let species = self.species.len();
+        let table = self.table("kin", &[Some(species), Some(Kin::COLUMNS)])?;
+        let law = |row| Kin::from_row(table.row(row)).ok_or(ReadWeightsError::NotKin { row });
+        (0..species).map(law).collect()
     }
 
     /// The network `name`: its layers `<name>.0`, `<name>.1` … chained.

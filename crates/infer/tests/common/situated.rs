@@ -103,6 +103,7 @@ pub fn branchlets(model: &Model, species: usize) -> Vec<Branchlet> {
         tip_radius,
         root_tips: tip_count(tree.root().thickness, tip_radius),
         traits: TreeTraits::of(&tree),
+        standing: Default::default(),
     };
     let (lineage, seed) = (Lineage::ROOT, Seed(3));
     let sense = Sense::default();

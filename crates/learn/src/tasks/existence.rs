@@ -1,8 +1,8 @@
 //! `existence`: which children a node has, and how many of its tips were dropped.
 
 use burn::tensor::Tensor;
-use deeptree_graph::MAX_CHILDREN;
 use deeptree_graph::signature::situated::{self, Branching, CLASSES};
+use deeptree_graph::{Draws, MAX_CHILDREN};
 
 use super::classifier::Classifier;
 use super::{Lesson, Task};
@@ -58,6 +58,14 @@ impl Task for Existence<'_> {
         let shares = self.lesson.corpus.shares(spot);
         let allows = |branching| shares.plan.allows(branching, shares.tips);
         tell_branching(shares.branching(), allows, targets);
+    }
+
+    fn disturb(&self, draws: Draws, inputs: &mut [f32]) {
+        self.lesson.blur(draws, inputs);
+    }
+
+    fn is_disturbed(&self) -> bool {
+        true
     }
 
     fn loss(&self, outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {

@@ -105,7 +105,7 @@ impl Network {
     /// Widths of the hidden layers, unless an option says otherwise.
     pub(crate) fn hidden(self) -> &'static [usize] {
         match self {
-            Self::Existence => &[116, 116],
+            Self::Existence => &[106, 106],
             Self::Split | Self::Reach | Self::Size => &[64, 64],
             Self::Rotation(0) => &[96, 96],
             Self::Rotation(_) => &[80, 80],
@@ -163,6 +163,9 @@ pub(crate) trait Task: Sync {
     fn measure(&self, outputs: &[f32], targets: &[f32], tally: &mut Tally);
 }
 
+/// Standard deviation of the noise on where a tree stands among its kin.
+const STANDING_NOISE: f64 = 0.2;
+
 /// What the networks learn from.
 pub(crate) struct Lesson<'a> {
     pub(crate) corpus: &'a Corpus<'a>,
@@ -206,6 +209,14 @@ impl<'a> Lesson<'a> {
             (Network::Outlook | Network::Points, _) => {
                 unreachable!("they learn in courses of their own")
             }
+        }
+    }
+
+    /// Noise on where a tree stands: so many exact numbers name a training tree, and a network would
+    /// learn its twigs by heart. Between trees each spreads by 1.
+    fn blur(&self, mut draws: Draws, inputs: &mut [f32]) {
+        for x in &mut inputs[situated::standing(self.species)] {
+            *x += (STANDING_NOISE * draws.normal()) as f32;
         }
     }
 

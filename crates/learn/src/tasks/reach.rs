@@ -1,11 +1,11 @@
 //! `reach`: how the children of a node inherit the longest path below it.
 
 use burn::tensor::Tensor;
-use deeptree_graph::MAX_CHILDREN;
 use deeptree_graph::signature::inheritance::{
     self, Inheritance, Question, REACH_LEN, REACH_OUTPUTS,
 };
 use deeptree_graph::signature::situated::{self, SPLIT_COMPONENTS};
+use deeptree_graph::{Draws, MAX_CHILDREN};
 
 use super::split::{bin_probability, logit, width};
 use super::{Lesson, Task};
@@ -114,6 +114,14 @@ impl Task for Reach<'_> {
         lows.fill(answer.ends.0);
         highs.fill(answer.ends.1);
         widths.fill(answer.width);
+    }
+
+    fn disturb(&self, draws: Draws, inputs: &mut [f32]) {
+        self.lesson.blur(draws, inputs);
+    }
+
+    fn is_disturbed(&self) -> bool {
+        true
     }
 
     fn loss(&self, outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {

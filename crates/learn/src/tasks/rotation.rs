@@ -13,7 +13,8 @@ use crate::report::Tally;
 use crate::rotations::Rotations;
 use crate::set::Spot;
 
-/// Standard deviation of the noise on the traits; between trees they spread by about 1.
+/// Standard deviation of the noise on the traits and on where the tree stands; between trees they
+/// spread by about 1.
 const TRAIT_NOISE: f64 = 0.3;
 
 /// One sample a child in the slot.
@@ -82,10 +83,11 @@ impl Task for Rotation<'_> {
         SwingTarget::of(&context.slot, turn, node).write(targets);
     }
 
-    /// Noise on the traits: eight exact numbers name a training tree, and a network would learn its
-    /// twigs by heart.
+    /// More noise than [`Lesson::blur`], since there are fewer samples, and on the traits as well.
     fn disturb(&self, mut draws: Draws, inputs: &mut [f32]) {
-        for x in &mut inputs[situated::traits(self.lesson.species)] {
+        let (traits, standing) =
+            (situated::traits(self.lesson.species), situated::standing(self.lesson.species));
+        for x in &mut inputs[traits.start..standing.end] {
             *x += (TRAIT_NOISE * draws.normal()) as f32;
         }
     }

@@ -1,9 +1,9 @@
 //! `size`: how the nodes below a node are shared out among its children.
 
 use burn::tensor::Tensor;
-use deeptree_graph::MAX_CHILDREN;
 use deeptree_graph::signature::situated::{self, SPLIT_COMPONENTS, SPLIT_OUTPUTS};
 use deeptree_graph::signature::size::{self, Bequest, SIZE_LEN};
+use deeptree_graph::{Draws, MAX_CHILDREN};
 
 use super::split::{bin_probability, logit, width};
 use super::{Lesson, Task};
@@ -86,6 +86,14 @@ impl Task for Size<'_> {
         lows.fill(logit(bin, bins));
         highs.fill(logit(bin + 1, bins));
         widths.fill(width(bin, bin + 1, bins));
+    }
+
+    fn disturb(&self, draws: Draws, inputs: &mut [f32]) {
+        self.lesson.blur(draws, inputs);
+    }
+
+    fn is_disturbed(&self) -> bool {
+        true
     }
 
     fn loss(&self, outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {

@@ -1,11 +1,11 @@
 //! `split`: how the tips of a node are shared among its children.
 
 use burn::tensor::Tensor;
-use deeptree_graph::MAX_CHILDREN;
 use deeptree_graph::signature::inheritance::share_bounds;
 use deeptree_graph::signature::situated::{
     self, LOG_SCALE, SPLIT_COMPONENTS, SPLIT_LEN, SPLIT_OUTPUTS,
 };
+use deeptree_graph::{Draws, MAX_CHILDREN};
 
 use super::{Lesson, Task};
 use crate::loss::{self, OPEN_END, SPLIT_TARGETS};
@@ -130,6 +130,14 @@ impl Task for Split<'_> {
         lows.fill(low);
         highs.fill(high);
         widths.fill(decision.width());
+    }
+
+    fn disturb(&self, draws: Draws, inputs: &mut [f32]) {
+        self.lesson.blur(draws, inputs);
+    }
+
+    fn is_disturbed(&self) -> bool {
+        true
     }
 
     fn loss(&self, outputs: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {

@@ -2,16 +2,22 @@
 
 use glam::{Quat, Vec2, Vec3};
 
+use super::sag;
 use crate::graph::Node;
 
 /// Swings below this are none, in radians: above what rounding makes of none.
 pub const ALIGNED: f32 = 1e-5;
 
+/// Up to here is the level part of the normal of a plane that is taken for upright. What leaves such a
+/// plane of a bud does so for other reasons than its weight, and is told as a sag this much larger.
+const UPRIGHT: f32 = 1e-4;
+
 /// A rotation as a roll about the parent's front and a swing of the front, both against what is
 /// usual in its slot, in its deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Turn {
-    /// Rotation vector of the swing; it has no component along the front.
+    /// Rotation vector of the swing; it has no component along the front. Of a lateral, its angle in
+    /// the plane of its bud, and what its [`sag`] is told by.
     pub swing: Vec2,
     /// Roll; 0 for laterals, whose bud has its place on the shoot.
     pub roll: f32,
@@ -56,6 +62,15 @@ impl Slot {
     #[must_use]
     pub fn rotation(&self, turn: Turn, parent: &Node, gravitropism: f32) -> Quat {
         let unswung = self.unswung(turn.roll);
+        if self.is_lateral() {
+            let angle = turn.swing.x * self.scale.x;
+            let sag = sag::heard(turn.swing.y, self.scale.y);
+            let bud = parent.orientation * unswung;
+            if sag == 0.0 || is_upright(bud) {
+                return (unswung * swing(Vec2::new(angle, UPRIGHT * sag))).normalize();
+            }
+            return (parent.orientation.inverse() * sag::bent(bud, angle, sag)).normalize();
+        }
         let bend = self.bend(parent.orientation * unswung, gravitropism);
         (unswung * swing(bend.out(turn.swing * self.scale))).normalize()
     }
@@ -65,6 +80,18 @@ impl Slot {
     #[must_use]
     pub fn turn(&self, rotation: Quat, parent: &Node, gravitropism: f32) -> Turn {
         let (roll, swing) = self.split(rotation);
+        if self.is_lateral() {
+            let bud = parent.orientation * self.unswung(0.0);
+            let (angle, sag) = if swing.y.abs() < ALIGNED {
+                (swing.x, 0.0)
+            } else if is_upright(bud) {
+                (swing.x, swing.y / UPRIGHT)
+            } else {
+                sag::unbent(bud, parent.orientation * rotation * Vec3::NEG_Z)
+            };
+            let told = sag::told(sag, self.scale.y);
+            return Turn { swing: Vec2::new(angle / self.scale.x, told), roll: 0.0 };
+        }
         let bend = self.bend(parent.orientation * self.unswung(roll), gravitropism);
         Turn { swing: bend.own(swing) / self.scale, roll }
     }
@@ -108,8 +135,15 @@ impl Slot {
         let swing = turn.swing * self.scale;
         match alignment {
             Alignment::Straight => swing.length() < ALIGNED,
-            Alignment::Gravity | Alignment::Bud => swing.y.abs() < ALIGNED,
+            Alignment::Gravity => swing.y.abs() < ALIGNED,
+            Alignment::Bud => turn.swing.y == 0.0,
         }
+    }
+
+    /// Does what grows here, below this parent, stand at its bud's own angle, whatever it sags?
+    #[must_use]
+    pub fn shows_bud(&self, parent: &Node) -> bool {
+        self.is_lateral() && !is_upright(parent.orientation * self.unswung(0.0))
     }
 
     fn is_lateral(&self) -> bool {
@@ -161,6 +195,11 @@ impl Bend {
     fn out(self, own: Vec2) -> Vec2 {
         self.expected + own.x * self.x + own.y * self.x.perp()
     }
+}
+
+/// Does the plane of a bud hide what its shoot sags?
+fn is_upright(bud: Quat) -> bool {
+    (bud * Vec3::X).y.abs() < UPRIGHT
 }
 
 /// The angle in [−π, π).

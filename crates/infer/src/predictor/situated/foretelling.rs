@@ -295,7 +295,11 @@ impl Situated {
             let alignment = law.alignment(what.turn.roll, truth.known.active.node);
             let is_aligned = law.is_aligned(alignment, what.turn);
             let said = laws::swing(outputs, alignment, what.turn.swing, is_aligned);
-            let (chance, [x, y]) = said.ok_or(Overflow { row: truth.row })?;
+            let (chance, [mut x, mut y]) = said.ok_or(Overflow { row: truth.row })?;
+            if let Some(bud) = self.bud_law(slot, &truth.known.active) {
+                x = Some(laws::of_scores(bud, what.turn.swing.x * law.scale.x));
+                y = y.and_then(|_| laws::about_y(outputs, what.turn.swing.y));
+            }
             let foretold = &mut all[truth.row];
             foretold.aligned[slot] = Some(chance);
             (foretold.swings_x[slot], foretold.swings_y[slot]) = (x, y);

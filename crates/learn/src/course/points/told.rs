@@ -9,7 +9,7 @@
 use deeptree_graph::signature::situated::{Branching, Sibling, Turn};
 use deeptree_graph::signature::{TreeConditions, thickness_of, tip_count};
 use deeptree_graph::{
-    BranchGraph, CloudIndex, MAX_CHILDREN, Neighbourhood, Node, Plan, Quat, Sense, Vec3, plans,
+    BranchGraph, CloudIndex, Kin, MAX_CHILDREN, Neighbourhood, Node, Plan, Quat, Sense, Vec3, plans,
 };
 use deeptree_infer::{Model, Predictor, Root};
 
@@ -48,7 +48,8 @@ impl Told {
             return None;
         }
         let tip_radius = model.tip_radius(species);
-        let conditions = root.conditions(species, tip_radius);
+        let conditions =
+            root.conditions(species, tip_radius, model.kin(species), [0.0; Kin::HABITS]);
         let seen = Seen::new(tree, scan);
         let truth = plans(tree);
         let (mut nodes, mut all_tips, mut all_plans) = (Vec::new(), Vec::new(), Vec::new());

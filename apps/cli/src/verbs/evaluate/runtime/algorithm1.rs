@@ -5,7 +5,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
 use deeptree_graph::signature::paper;
-use deeptree_graph::{BranchGraph, MAX_CHILDREN, TreeInfo, Vec3};
+use deeptree_graph::{BranchGraph, Kin, MAX_CHILDREN, TreeInfo, Vec3};
 use deeptree_infer::{Model, Predictor, Scratch, SimdPath, Weights};
 use serde::Deserialize;
 
@@ -114,7 +114,7 @@ fn classifier(bytes: &[u8], species: &str, count: usize) -> Result<Vec<[f64; MAX
     for root in model.roots(number).iter().take(count) {
         let info = TreeInfo { species: species.into(), age: 0, gravitropism: 0.0, seed: 0 };
         let tree = BranchGraph::new(info, Vec3::ZERO, root.signature);
-        let conditions = root.conditions(number, tip_radius);
+        let conditions = root.conditions(number, tip_radius, None, [0.0; Kin::HABITS]);
         paper::encode(tree.root(), &conditions, names.len(), &mut row);
         let mut scratch = Scratch::new();
         let logits = network.forward(SimdPath::detect(), &row, &mut scratch);
