@@ -7,8 +7,8 @@ use crate::traits::TreeTraits;
 /// Terms of the mean over age and gravitropism.
 const TERMS: usize = 7;
 
-/// What the variance of a number grows by, so that what follows from the numbers before it but for
-/// rounding stays near 0.
+/// What the variance of a number grows by, so that a number that follows from those before it, up to
+/// rounding, stands near 0.
 const RIDGE: f64 = 0.003;
 
 /// Beyond these, standings are told as these, in deviations: trees far from the species' own age scatter
@@ -21,10 +21,10 @@ const MOST: f64 = 4.0;
 /// `L z = x − m(a, v)`, with x the state of the tree ([`TreeTraits::state`]) and its *habit*, m a
 /// polynomial, and `L Lᵀ` the covariance of what is left at the species' own age and gravitropism.
 /// So each number says what those before it do not: the second, how many more nodes there are than the
-/// tips let expect. Numbers of the state itself hardly differ where they tell most, such as
+/// tips lead one to expect. Numbers of the state itself hardly differ where they tell most, such as
 /// branches for nodes, which differ by a few percent between trees whose shoots sag more or less.
 ///
-/// The habit are two spreads that say how alike a tree's parts are; trees that shall grow draw them.
+/// The habit is two spreads that say how alike a tree's parts are; trees that shall grow draw them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kin {
     /// The species' own age, in growth cycles, and gravitropism.
@@ -171,13 +171,15 @@ impl Kin {
         if row.len() != Self::COLUMNS || !row.iter().all(|x| x.abs() < 1e9) {
             return None;
         }
+        let is_deviation = |x: f64| x == 0.0 || x > 1e-9;
         let mut numbers = row.iter().map(|&x| f64::from(x));
         let mut next = || numbers.next().unwrap_or(0.0);
         let own = std::array::from_fn(|_| next());
         let mean = std::array::from_fn(|_| std::array::from_fn(|_| next()));
         let triangle =
             std::array::from_fn(|i| std::array::from_fn(|j| if j <= i { next() } else { 0.0 }));
-        Some(Self { own, mean, triangle })
+        let law = Self { own, mean, triangle };
+        (0..Self::NUMBERS).all(|i| is_deviation(law.triangle[i][i])).then_some(law)
     }
 }
 
@@ -283,6 +285,10 @@ mod tests {
             assert_eq!(Kin::from_row(&row), None);
         }
         assert_eq!(Kin::from_row(&row[1..]), None);
+        let mut negative = row.clone();
+        // The last of the triangle is on its diagonal.
+        *negative.last_mut().unwrap() *= -1.0;
+        assert_eq!(Kin::from_row(&negative), None);
     }
 
     #[test]

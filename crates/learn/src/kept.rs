@@ -73,16 +73,24 @@ impl<'a> Kept<'a> {
         if self.tells_turns_anew() { Ok(None) } else { Rotations::of(self.model).map(Some) }
     }
 
-    /// Are all networks trained anew that read where trees stand among their kin? Then this is told anew as
-    /// well.
+    /// Are all networks trained anew that read where trees stand among their kin? Then these laws are
+    /// told anew as well.
     pub(crate) fn tells_standings_anew(&self) -> bool {
         let mut all = Network::all(Kind::Situated).into_iter();
         all.all(|network| network == Network::Outlook || self.only.contains(&network))
     }
 
-    /// The laws by which trees stand among their kin, where networks that read it are kept.
-    pub(crate) fn kin(&self) -> Result<Option<Vec<Kin>>, ReadWeightsError> {
-        if self.tells_standings_anew() { Ok(None) } else { self.model.kin().map(Some) }
+    /// The laws by which trees stand among their kin, where networks that read them are kept.
+    pub(crate) fn kin(&self) -> Result<Option<Vec<Kin>>, TrainError> {
+        if self.tells_standings_anew() {
+            return Ok(None);
+        }
+        let kin = self.model.kin()?;
+        if kin.is_empty() {
+            let what = "it does not tell where trees stand among their kin; train all networks";
+            return Err(TrainError::OtherModel { what });
+        }
+        Ok(Some(kin))
     }
 
     /// Checks that tips have the radii of the model, in which all networks read thicknesses.

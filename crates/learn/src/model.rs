@@ -92,10 +92,12 @@ fn train_those(
     if let Some(kept) = kept {
         kept.check_tips(&tip_radius)?;
     }
-    let kin = match (options.kind, kept.map(Kept::kin).transpose()?.flatten()) {
-        (Kind::Paper | Kind::Joint, _) => Vec::new(),
-        (Kind::Situated, Some(kept)) => kept,
-        (Kind::Situated, None) => tables::kin(&set.train, around[0], &species, &tip_radius),
+    let kin = match options.kind {
+        Kind::Paper | Kind::Joint => Vec::new(),
+        Kind::Situated => match kept.map(Kept::kin).transpose()?.flatten() {
+            Some(kept) => kept,
+            None => tables::kin(&set.train, around[0], &species, &tip_radius),
+        },
     };
     let train = Corpus::new("training", &set.train, around[0], &species, &tip_radius, &kin);
     let validation =

@@ -7,7 +7,7 @@ use deeptree_infer::{ReadWeightsError, Weights};
 
 use crate::set::Corpus;
 
-/// Least deviation of a swing, in radians: some directions are the same in all trees of a species,
+/// Least deviation of a swing and least usual sag, in radians: some directions are the same in all trees of a species,
 /// and a law must have a width.
 const LEAST_DEVIATION: f64 = 1e-4;
 
@@ -35,6 +35,12 @@ impl Rotations {
         let mut squares = vec![[Squares::default(); MAX_CHILDREN]; species];
         corpus.each_child(|conditions, parent, child| {
             let turn = rotations.turn(conditions, parent, child);
+            let slot = &rotations.slots[conditions.species][usize::from(child.slot)];
+            // What hides its sag in an upright plane says nothing of how large sags are.
+            let turn = match child.slot > 0 && !slot.shows_bud(parent) {
+                true => Turn { swing: turn.swing.with_y(0.0), ..turn },
+                false => turn,
+            };
             squares[conditions.species][usize::from(child.slot)].add(child.slot, turn);
         });
         for (slots, squares) in rotations.slots.iter_mut().zip(squares) {

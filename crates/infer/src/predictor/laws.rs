@@ -239,12 +239,15 @@ mod tests {
             *out = draws(77 + i as u64).normal() as f32 * 0.7;
         }
         for alignment in [Alignment::Straight, Alignment::Gravity, Alignment::Bud] {
-            let mut of_axis = [Vec::new(), Vec::new()];
+            let (mut of_axis, mut of_y_alone) = ([Vec::new(), Vec::new()], Vec::new());
             let (mut chances, mut aligned) = (0.0, 0.0);
             for i in 0..N {
                 let drawn = sampling::swing(&outputs, alignment, &mut draws(i)).unwrap();
                 let is_aligned = drawn.y == 0.0;
                 let (chance, ranks) = swing(&outputs, alignment, drawn, is_aligned).unwrap();
+                if !is_aligned {
+                    of_y_alone.push(about_y(&outputs, drawn.y).unwrap());
+                }
                 chances += chance.probability;
                 aligned += f64::from(u8::from(chance.happened));
                 for (of_axis, rank) in of_axis.iter_mut().zip(ranks) {
@@ -258,6 +261,7 @@ mod tests {
             let [x, y] = of_axis;
             assert_uniform("x", x.into_iter());
             assert_uniform("y", y.into_iter());
+            assert_uniform("y alone", of_y_alone.into_iter());
         }
     }
 

@@ -568,6 +568,9 @@ impl Situated {
                 turn.swing.x = sampling::normal_score(bud, &mut draws) / law.scale.x;
             }
             rotation = law.rotation(turn, node, tree.gravitropism);
+            if !rotation.is_finite() {
+                return None;
+            }
             last = passage(rotation);
             if last == Passage::Free {
                 return Some(placed(turn, rotation, attempt));

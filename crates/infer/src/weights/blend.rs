@@ -4,8 +4,8 @@
 //! the one-hot picks. Reading the parts of a blend instead of a one-hot adds up those rows in these
 //! parts, so that a blend is a model of one species whose row is the weighted sum. Tables have a row
 //! a species, and are blended likewise: of a law told by its quantiles this is the barycentre of
-//! the laws (Agueh and Carlier 2011). Gains have a row a species, too; so have shares of branchings, which
-//! are bounded after that. Roots are taken from all the species in their parts, each
+//! the laws (Agueh and Carlier 2011). Gains have a row a species, too; so have the laws by which trees stand
+//! among their kin, whose means and triangles are averaged, and shares of branchings, which are bounded after that. Roots are taken from all the species in their parts, each
 //! scaled so that the mean of its species becomes the weighted mean of all.
 //!
 //! One law does not blend: an apical shoot is exactly aligned where it swings about the level axis, or,

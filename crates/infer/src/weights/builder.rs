@@ -39,6 +39,12 @@ impl WeightsBuilder {
         self
     }
 
+    /// Leaves the tensor `name` out.
+    pub fn without_table(&mut self, name: &str) -> &mut Self {
+        self.tables.remove(name);
+        self
+    }
+
     /// Takes the network `name` of another model, tensor by tensor, in the place of its own.
     pub fn network_of(&mut self, name: &str, other: &Weights) -> &mut Self {
         self.without(name);

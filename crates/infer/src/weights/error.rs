@@ -53,7 +53,9 @@ pub enum ReadWeightsError {
          gravitropisms, or has numbers that no mean of trees has; fit it again (train --only trend)"
     )]
     NotATrend { tensor: String, row: usize },
-    #[error("`kin` is no law of trees of a species in row {row}; export the model again")]
+    #[error(
+        "tensor `kin`: row {row} has a number beyond 1e9, or a deviation below 0; train the model again"
+    )]
     NotKin { row: usize },
     #[error("the model has no root of a `{species}` to start a tree from; train it again")]
     NoRoots { species: String },

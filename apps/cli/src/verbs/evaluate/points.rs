@@ -136,7 +136,7 @@ fn model(study: &Study<'_>, lab: &Lab<'_>, name: &str) -> Result<Vec<u8>> {
         }
         "likeliest" => likeliest_rotations(&full_bytes),
         "frame" => without(&["frame", "df"], ALL),
-        "traits" => without(&["traits"], ALL),
+        "traits" => without(&["traits", "standing"], ALL),
         _ => Ok(full_bytes),
     }
 }
@@ -180,5 +180,7 @@ fn likeliest_rotations(bytes: &[u8]) -> Result<Vec<u8>> {
         let (weight, bias) = (edit("weight", 0.0)?, edit("bias", *LOG_SCALE.start())?);
         model.layer(network, u32::try_from(layer)?, weight, bias);
     }
+    // The networks say the angles of buds, too.
+    model.without_table("buds");
     Ok(model.to_bytes()?)
 }

@@ -89,12 +89,12 @@ pub fn encode_rotation(
     w.put(log_size(plan.nodes));
     w.put(libm::logf((1 + plan.nodes) as f32 / tips as f32));
     w.put(roll);
-    let own_swing = Vec2::new(told(own.swing.x), told(own.swing.y));
+    let own_swing = Vec2::new(compressed(own.swing.x), compressed(own.swing.y));
     w.put3(own_swing.extend(own.roll.clamp(-MOST_OWN, MOST_OWN)));
     let frame = node.orientation * slot.unswung(roll);
-    let sags = [node.orientation, frame].map(sag);
+    let sags = [node.orientation, frame].map(pull);
     let ratio = if sags[0] > 0.02 { (sags[1] / sags[0]).min(3.0) } else { 0.0 };
-    w.put(told(own.swing.x * ratio));
+    w.put(compressed(own.swing.x * ratio));
     let into = frame.inverse();
     w.put3(into * Vec3::Y);
     w.put3(into * outward_from_axis(node.position));
@@ -115,14 +115,14 @@ pub fn encode_rotation(
 
 /// A parent's swing in deviations, as it is told: beyond [`MOST_OWN`] by its logarithm, so that what is
 /// rare in a tree does not run away when one shoot bends after another.
-fn told(x: f32) -> f32 {
+fn compressed(x: f32) -> f32 {
     let beyond = (x.abs() / MOST_OWN).max(1.0);
     x / beyond * (1.0 + libm::logf(beyond))
 }
 
 /// How far a shoot in this frame would sag, but for its biomass and its strength:
 /// `(1 − |f_y|) acos |f_y|`.
-fn sag(frame: Quat) -> f32 {
+fn pull(frame: Quat) -> f32 {
     let height = (frame * Vec3::NEG_Z).y.abs().min(1.0);
     (1.0 - height) * libm::acosf(height)
 }

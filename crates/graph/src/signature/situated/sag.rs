@@ -10,6 +10,9 @@ use glam::{Quat, Vec3};
 /// Least of `1 − |f_y|`, so that there is a sag to every bend.
 const LEAST: f32 = 0.01;
 
+/// Fronts whose level part is shorter have no heading.
+const VERTICAL: f32 = 1e-6;
+
 /// Sags this many times smaller than usual are told as they are, larger ones by their logarithm.
 const FINE: f64 = 100.0;
 
@@ -33,7 +36,9 @@ pub(super) fn bent(bud: Quat, angle: f32, sag: f32) -> Quat {
     let front = straight * Vec3::NEG_Z;
     let level = front.cross(Vec3::NEG_Y);
     let sine = level.length();
-    if sine < 1e-6 {
+    // What has overflowed is not bent either.
+    let has_heading = sine >= VERTICAL;
+    if !has_heading {
         return straight;
     }
     // Neither beyond straight down nor beyond straight up.
@@ -43,11 +48,13 @@ pub(super) fn bent(bud: Quat, angle: f32, sag: f32) -> Quat {
 }
 
 /// Angle and sag of what grows from a bud whose frame is this and has this front: the inverse of
-/// [`bent`]. In an upright plane of the bud they cannot be told apart.
+/// [`bent`]. In an upright plane of the bud they cannot be told apart; a vertical front can have any
+/// heading, and is told with the bud's.
 pub(super) fn unbent(bud: Quat, front: Vec3) -> (f32, f32) {
     let (ahead, aside) = (bud * Vec3::NEG_Z, bud * Vec3::Y);
     // What is bent keeps its heading.
-    let heading = front.with_y(0.0);
+    let own = front.with_y(0.0);
+    let heading = if own.length() < VERTICAL { ahead.with_y(0.0) } else { own };
     let across = Vec3::new(-heading.z, 0.0, heading.x);
     let (mut sine, mut cosine) = (-ahead.dot(across), aside.dot(across));
     let straight = |sine: f32, cosine: f32| cosine * ahead + sine * aside;

@@ -9,7 +9,8 @@ use crate::graph::Node;
 pub const ALIGNED: f32 = 1e-5;
 
 /// Up to here is the level part of the normal of a plane that is taken for upright. What leaves such a
-/// plane of a bud does so for other reasons than its weight, and is told as a sag this much larger.
+/// plane of a bud does so for other reasons than its weight, and is told as a sag as many times larger as
+/// this goes into 1.
 const UPRIGHT: f32 = 1e-4;
 
 /// A rotation as a roll about the parent's front and a swing of the front, both against what is
