@@ -35,12 +35,6 @@ impl Rotations {
         let mut squares = vec![[Squares::default(); MAX_CHILDREN]; species];
         corpus.each_child(|conditions, parent, child| {
             let turn = rotations.turn(conditions, parent, child);
-            let slot = &rotations.slots[conditions.species][usize::from(child.slot)];
-            // What hides its sag in an upright plane says nothing of how large sags are.
-            let turn = match child.slot > 0 && !slot.shows_bud(parent) {
-                true => Turn { swing: turn.swing.with_y(0.0), ..turn },
-                false => turn,
-            };
             squares[conditions.species][usize::from(child.slot)].add(child.slot, turn);
         });
         for (slots, squares) in rotations.slots.iter_mut().zip(squares) {

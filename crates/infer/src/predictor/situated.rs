@@ -518,8 +518,8 @@ impl Situated {
     fn bud_law(&self, slot: usize, active: &Active<'_>) -> Option<&[f32]> {
         let Active { node, tree, points, .. } = active;
         let buds = self.buds.as_ref()?;
-        let is_told =
-            slot > 0 && points.is_none() && self.slots[tree.species][slot].shows_bud(node);
+        let hears = points.is_some() && self.hears_points();
+        let is_told = slot > 0 && !hears && self.slots[tree.species][slot].shows_bud(node);
         is_told.then(|| {
             let laws = buds.row(tree.species);
             let values = laws.len() / (MAX_CHILDREN - 1);
