@@ -232,7 +232,7 @@ mod tests {
     fn trees() -> Vec<Kinsman> {
         let tree = |seed: u64| {
             let mut draws = Seed(seed).draws(Lineage::ROOT, Purpose::Priors);
-            let is_own = seed % 2 == 0;
+            let is_own = seed.is_multiple_of(2);
             let age = if is_own { 30.0 } else { 10.0 + (seed % 30) as f32 };
             let gravitropism = if is_own { -0.125 } else { (seed % 7) as f32 / 8.0 - 0.375 };
             let (x, y) = (f64::from(age) / 10.0, f64::from(gravitropism));
