@@ -98,6 +98,7 @@ mod tests {
 
     #[test]
     fn angle_and_sag_are_found_again() {
+        let mut found = 0;
         for i in 0..400 {
             let f = i as f32;
             let bud = Quat::from_rotation_y(f)
@@ -116,7 +117,9 @@ mod tests {
                 (a - angle).abs() < 1e-4 && (s - sag).abs() < 1e-4,
                 "{i}: {a} {angle} {s} {sag}"
             );
+            found += 1;
         }
+        assert!(found > 200, "{found}");
     }
 
     #[test]

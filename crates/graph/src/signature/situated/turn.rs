@@ -38,6 +38,8 @@ pub enum Alignment {
 /// How the rotations in a slot lie: `q = R_z(roll) · exp(mean swing) · exp(swing)`, the swing told off
 /// what gravity makes expect of an apical shoot.
 ///
+/// A lateral is bent by its [`sag`] instead of the last of these.
+///
 /// A shoot is rolled about its parent's front, then bent. Told so, the roll depends on nothing, and
 /// the swing of one axis on nothing but the shoot's own angle.
 ///
@@ -49,7 +51,8 @@ pub struct Slot {
     /// Centre of the roll, in [−3π/2, π/2): rolls go round as in the growth model, so that the
     /// quaternions have its signs.
     pub roll: f32,
-    /// Deviations of the swing.
+    /// Deviations of the swing; of a lateral, that of its angle, and how large sags usually are (their
+    /// root mean square).
     pub scale: Vec2,
     /// Deviation of the roll; 0 for laterals.
     pub roll_scale: f32,
