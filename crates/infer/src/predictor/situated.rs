@@ -13,6 +13,7 @@
 
 mod bounds;
 mod foretelling;
+mod tables;
 
 use deeptree_graph::signature::inheritance::{
     self, Inheritance, Question, REACH_LEN, REACH_OUTPUTS,
@@ -492,38 +493,6 @@ impl Situated {
         let slot = &self.slots[tree.species][usize::from(node.slot)];
         parent.map_or_else(Turn::default, |parent| {
             slot.turn(node.rotation, parent, tree.gravitropism)
-        })
-    }
-
-    /// The roll of the child in `slot`, in deviations of the slot. A lateral has none: its bud has
-    /// its place on the shoot.
-    fn draw_roll(&self, slot: usize, active: &Active<'_>) -> f32 {
-        let Slot { roll_scale, .. } = self.slots[active.tree.species][slot];
-        if slot > 0 || roll_scale == 0.0 {
-            return 0.0;
-        }
-        let mut draws = active.seed.draws(active.lineage.child(slot as u8), Purpose::ChildRotation);
-        sampling::normal_score(self.rolls.row(active.tree.species), &mut draws) / roll_scale
-    }
-
-    /// The law of lengths of a species and order.
-    fn lengths_of(&self, species: usize, order: usize) -> &[f32] {
-        let lengths = self.lengths.row(species);
-        let values = lengths.len() / LENGTH_ORDERS;
-        &lengths[order * values..][..values]
-    }
-
-    /// The law of the angle of the child in `slot`, in radians off its slot's, where it depends on
-    /// nothing else. Where points are heard, they say it.
-    fn bud_law(&self, slot: usize, active: &Active<'_>) -> Option<&[f32]> {
-        let Active { node, tree, points, .. } = active;
-        let buds = self.buds.as_ref()?;
-        let hears = points.is_some() && self.hears_points();
-        let is_told = slot > 0 && !hears && self.slots[tree.species][slot].shows_bud(node);
-        is_told.then(|| {
-            let laws = buds.row(tree.species);
-            let values = laws.len() / (MAX_CHILDREN - 1);
-            &laws[(slot - 1) * values..][..values]
         })
     }
 
